@@ -1,0 +1,3 @@
+#![doc = "placeholder"]
+pub mod value;
+pub use value::{Logic, Value};
