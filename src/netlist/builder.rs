@@ -561,6 +561,9 @@ fn needs(kind: &CellKind, pin: usize) -> bool {
     }
 }
 
+/// The nets, each with the bit of it, that drive one bit.
+type Sharers = Vec<(NetId, u32)>;
+
 /// Which net, and which bit of it, drives each bit.
 struct Join {
     net: Vec<u32>,
@@ -569,9 +572,9 @@ struct Join {
     tristate: Vec<bool>,
     first_outputs: Vec<NetId>,
     /// Bits with several tri-state drivers.
-    shared: BTreeMap<u32, Vec<(NetId, u32)>>,
+    shared: BTreeMap<u32, Sharers>,
     /// Bits with several drivers that cannot share.
-    conflicts: BTreeMap<u32, Vec<(NetId, u32)>>,
+    conflicts: BTreeMap<u32, Sharers>,
     cells: usize,
 }
 
@@ -613,8 +616,8 @@ impl Join {
     }
 
     /// Gives runs of shared bits a net of their own; returns, for each, its width and the drivers' nets and offsets.
-    fn resolve(&mut self) -> Vec<(u32, Vec<(NetId, u32)>)> {
-        let mut runs: Vec<(u32, u32, Vec<(NetId, u32)>)> = Vec::new();
+    fn resolve(&mut self) -> Vec<(u32, Sharers)> {
+        let mut runs: Vec<(u32, u32, Sharers)> = Vec::new();
         for (bit, drivers) in std::mem::take(&mut self.shared) {
             if let Some((first, width, before)) = runs.last_mut() {
                 let next = before.len() == drivers.len()
