@@ -9,7 +9,7 @@ use std::ops::Deref;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Deserialize, Deserializer, SeqAccess, Visitor};
 
-use crate::diag::Span;
+use crate::diag::{FileId, Span};
 
 /// Names of newtypes by which these types ask [the deserializer](super::de) for more than JSON has.
 pub(super) const SPANNED: &str = "$discreta::Spanned";
@@ -99,9 +99,9 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Spanned<T> {
             /// From [`super::de`]: the place, then the value.
             fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Spanned<T>, A::Error> {
                 let missing = || serde::de::Error::invalid_length(0, &"a place and a value");
-                let span = seq.next_element()?.ok_or_else(missing)?;
+                let (file, start, end) = seq.next_element()?.ok_or_else(missing)?;
                 let value = seq.next_element()?.ok_or_else(missing)?;
-                Ok(Spanned { value, span })
+                Ok(Spanned { value, span: Span::new(FileId(file), start, end) })
             }
 
             /// From any other deserializer, which knows no places.
