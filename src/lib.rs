@@ -1,6 +1,10 @@
 #![doc = "placeholder"]
 pub mod cell;
+pub mod circuit;
+pub mod diag;
 pub mod engine;
+pub mod json;
 pub mod netlist;
+pub mod scenario;
 pub mod value;
 pub use value::{Logic, Value};
