@@ -53,8 +53,8 @@ fn snippets<'a>(elements: &mut Vec<Element<'a>>, sources: &'a Sources, file: Fil
     let line_of = |l: &&Label| sources.line_col(l.span).0;
     let first = labels.iter().map(line_of).min().unwrap_or(1);
     let last = labels.iter().map(line_of).max().unwrap_or(1);
-    let whole = last - first <= FAR_APART
-        && labels.iter().all(|l| sources.line_range(file, line_of(l)).len() <= LONG_LINE);
+    let whole =
+        last - first <= FAR_APART && labels.iter().all(|l| sources.line_range(file, line_of(l)).len() <= LONG_LINE);
     if whole {
         let start = sources.line_range(file, first).start;
         let end = sources.line_range(file, last).end;

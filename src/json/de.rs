@@ -35,7 +35,8 @@ pub fn parse<T: DeserializeOwned>(sources: &Sources, file: FileId, diagnostics: 
             return None;
         }
     };
-    let reading = Reading { file, diagnostics: RefCell::new(diagnostics), told: <_>::default(), failed: <_>::default() };
+    let reading =
+        Reading { file, diagnostics: RefCell::new(diagnostics), told: <_>::default(), failed: <_>::default() };
     let root = Node { value: &tree, key: None, reading: &reading };
     match Recover::deserialize(root) {
         Ok(Recover(value)) => value,
@@ -378,7 +379,9 @@ impl<'de> Deserializer<'de> for Node<'_> {
                 let fault = fault.at(p.span, "not a field of this object");
                 self.reading.push(match crate::diag::nearest(p.name, fields.iter().copied()) {
                     Some(name) => fault.help(format!("did you mean `{name}`?")),
-                    None => fault.note(format!("the fields here are {}", alternatives(fields).replace(" or ", " and "))),
+                    None => {
+                        fault.note(format!("the fields here are {}", alternatives(fields).replace(" or ", " and ")))
+                    }
                 });
             }
             known
@@ -604,4 +607,3 @@ impl<'de> VariantAccess<'de> for Node<'_> {
         self.deserialize_struct("", fields, visitor)
     }
 }
-

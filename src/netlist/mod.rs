@@ -8,53 +8,11 @@ mod id;
 mod order;
 
 use crate::cell::CellKind;
+pub use crate::scenario::Timescale;
 
 pub use builder::{Builder, Bus, Fault};
 pub use id::{CellId, NetId, ScopeId, SignalId};
 pub use order::{Loop, Order};
-
-/// One tick, as a count of 1, 10 or 100 of a unit.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Timescale {
-    /// 1, 10 or 100.
-    pub count: u32,
-    /// The power of ten of the unit in seconds: 0 for s, -3 for ms, … -15 for fs.
-    pub exponent: i32,
-}
-
-impl Default for Timescale {
-    /// 1 ns.
-    fn default() -> Self {
-        Timescale { count: 1, exponent: -9 }
-    }
-}
-
-impl Timescale {
-    /// The unit's name.
-    #[must_use]
-    pub const fn unit(self) -> &'static str {
-        match self.exponent {
-            0 => "s",
-            -3 => "ms",
-            -6 => "us",
-            -9 => "ns",
-            -12 => "ps",
-            _ => "fs",
-        }
-    }
-
-    /// Seconds in a tick.
-    #[must_use]
-    pub fn seconds(self) -> f64 {
-        f64::from(self.count) / 10f64.powi(-self.exponent)
-    }
-}
-
-impl std::fmt::Display for Timescale {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}{}", self.count, self.unit())
-    }
-}
 
 /// `width` bits of a net from bit `lo` up.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]

@@ -183,10 +183,7 @@ impl ValueText {
 }
 
 #[derive(Deserialize)]
-#[serde(
-    rename = "$discreta::Kind a value: an integer, or a string such as \"4'b10x1\"",
-    rename_all = "lowercase"
-)]
+#[serde(rename = "$discreta::Kind a value: an integer, or a string such as \"4'b10x1\"", rename_all = "lowercase")]
 enum WrittenValue {
     Integer(i64),
     String(String),

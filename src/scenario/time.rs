@@ -249,10 +249,7 @@ impl TimeText {
 }
 
 #[derive(Deserialize)]
-#[serde(
-    rename = "$discreta::Kind a time: a number of ticks, or a string such as \"5ns\"",
-    rename_all = "lowercase"
-)]
+#[serde(rename = "$discreta::Kind a time: a number of ticks, or a string such as \"5ns\"", rename_all = "lowercase")]
 enum WrittenTime {
     Integer(i64),
     String(String),
@@ -305,9 +302,12 @@ impl Percent {
         let product = u128::from(self.decimal.mantissa) * u128::from(ticks);
         match u64::try_from(product / hundred) {
             Ok(share) if product.is_multiple_of(hundred) => Ok(share),
-            _ => Err(Diagnostic::new(Code::BadTime, format!("this share of {ticks} ticks is not a whole number of ticks"))
-                .at(self.span, "")
-                .help("give the circuit a finer `timescale`, or choose another share")),
+            _ => Err(Diagnostic::new(
+                Code::BadTime,
+                format!("this share of {ticks} ticks is not a whole number of ticks"),
+            )
+            .at(self.span, "")
+            .help("give the circuit a finer `timescale`, or choose another share")),
         }
     }
 }
