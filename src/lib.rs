@@ -3,6 +3,7 @@ pub mod cell;
 pub mod circuit;
 pub mod diag;
 pub mod engine;
+pub mod interpolate;
 pub mod json;
 pub mod netlist;
 pub mod scenario;

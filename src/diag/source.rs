@@ -48,6 +48,7 @@ impl Span {
     }
 }
 
+#[derive(Debug)]
 struct Source {
     name: String,
     text: String,
@@ -74,7 +75,7 @@ fn starts_character(byte: u8) -> bool {
 }
 
 /// All texts that were read, and how they are called.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub struct Sources {
     files: Vec<Source>,
 }
