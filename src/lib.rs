@@ -7,5 +7,7 @@ pub mod interpolate;
 pub mod json;
 pub mod netlist;
 pub mod scenario;
+mod simulator;
 pub mod value;
+pub use simulator::{Input, Probe, Simulator, SimulatorError};
 pub use value::{Logic, Value};

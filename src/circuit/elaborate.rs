@@ -14,6 +14,11 @@ use crate::diag::{Code, Diagnostic, Diagnostics, Span};
 use crate::json::Recover;
 use crate::netlist::{self, Builder, Bus, ScopeId};
 
+/// Parameters and indices with their values.
+type Values = IndexMap<String, i64>;
+/// Makes one copy of a cell or block.
+type Make<'m, 'e> = dyn FnMut(&mut Elaboration<'e>, &Name, &mut Values) + 'm;
+
 /// What an instance's port is bound to.
 struct Binding {
     width: u32,
@@ -27,7 +32,7 @@ struct Binding {
 struct Instance {
     module: ModuleId,
     scope: ScopeId,
-    values: IndexMap<String, i64>,
+    values: Values,
     ports: HashMap<String, Binding>,
     depth: u64,
 }
@@ -57,7 +62,7 @@ pub(super) struct Elaborated {
     pub builder: Builder,
     pub places: Places,
     pub diagnostics: Diagnostics,
-    pub values: IndexMap<String, i64>,
+    pub values: Values,
 }
 
 /// Elaborates a module as the top of a netlist. Faults of wiring are left for [`Builder::finish_with`].
@@ -100,15 +105,15 @@ pub(super) fn elaborate(
     Elaborated { builder: e.builder, places: e.places, diagnostics: e.diagnostics, values }
 }
 
-impl Elaboration<'_> {
+impl<'e> Elaboration<'e> {
     /// The values of a module's parameters, where some are given in terms of the names around the cell.
     fn parameters(
         &mut self,
         of: &Name,
         module: &Module,
         given: &IndexMap<Name, ParameterValue>,
-        around: &IndexMap<String, i64>,
-    ) -> Option<IndexMap<String, i64>> {
+        around: &Values,
+    ) -> Option<Values> {
         let mut ok = true;
         for name in given.keys().filter(|n| !module.parameters.contains_key(n.value.as_str())) {
             let names: Vec<&str> = module.parameters.keys().map(|n| n.value.as_str()).collect();
@@ -167,7 +172,7 @@ impl Elaboration<'_> {
     }
 
     /// A width, checked against the limits.
-    fn width(&mut self, width: Option<&super::Expr>, name: &Name, values: &IndexMap<String, i64>) -> Option<u32> {
+    fn width(&mut self, width: Option<&super::Expr>, name: &Name, values: &Values) -> Option<u32> {
         let Some(expr) = width else { return Some(1) };
         let n = eval(expr, values, &mut self.diagnostics)?;
         if n < 1 {
@@ -246,7 +251,7 @@ impl Elaboration<'_> {
     fn body(
         &mut self,
         here: &mut Here<'_>,
-        values: &mut IndexMap<String, i64>,
+        values: &mut Values,
         nets: &IndexMap<Name, Recover<Net>>,
         cells: &IndexMap<Name, Recover<Cell>>,
         blocks: &IndexMap<Name, Recover<Block>>,
@@ -293,10 +298,10 @@ impl Elaboration<'_> {
         repeat: Option<&Repeat>,
         condition: Option<&super::Expr>,
         name: &Name,
-        values: &mut IndexMap<String, i64>,
-        make: &mut dyn FnMut(&mut Self, &Name, &mut IndexMap<String, i64>),
+        values: &mut Values,
+        make: &mut Make<'_, 'e>,
     ) {
-        let exists = |e: &mut Self, values: &IndexMap<String, i64>| {
+        let exists = |e: &mut Self, values: &Values| {
             condition.is_none_or(|c| eval(c, values, &mut e.diagnostics).is_some_and(|n| n != 0))
         };
         let Some(repeat) = repeat else {
@@ -346,7 +351,7 @@ impl Elaboration<'_> {
         values.shift_remove(index);
     }
 
-    fn cell(&mut self, here: &Here<'_>, values: &IndexMap<String, i64>, name: &Name, cell: &Cell) {
+    fn cell(&mut self, here: &Here<'_>, values: &Values, name: &Name, cell: &Cell) {
         if self.builder.cell_count() as u64 >= self.limits.cells {
             self.too_large("cells", "cells", self.limits.cells, name.span);
             return;
@@ -379,7 +384,7 @@ impl Elaboration<'_> {
         cell.connections.values().for_each(|signal| self.mute(here, signal));
     }
 
-    fn reader<'b>(&'b mut self, here: &'b Here<'_>, values: &'b IndexMap<String, i64>) -> Reader<'b> {
+    fn reader<'b>(&'b mut self, here: &'b Here<'_>, values: &'b Values) -> Reader<'b> {
         Reader {
             nets: &here.nets,
             values,
@@ -410,14 +415,7 @@ impl Elaboration<'_> {
         self.diagnostics.push(if doc.is_empty() { fault } else { fault.note(format!("`{port}`: {doc}")) });
     }
 
-    fn element(
-        &mut self,
-        here: &Here<'_>,
-        values: &IndexMap<String, i64>,
-        name: &Name,
-        cell: &Cell,
-        element: &'static Element,
-    ) {
+    fn element(&mut self, here: &Here<'_>, values: &Values, name: &Name, cell: &Cell, element: &'static Element) {
         let ports: Vec<&str> = element.ports.iter().map(|p| p.name).collect();
         self.check_ports(here, cell, &ports);
         let arguments =
@@ -501,7 +499,7 @@ impl Elaboration<'_> {
     fn connect(
         &mut self,
         here: &Here<'_>,
-        values: &IndexMap<String, i64>,
+        values: &Values,
         kind: &Name,
         port: &str,
         output: bool,
@@ -557,14 +555,7 @@ impl Elaboration<'_> {
         Some(bus)
     }
 
-    fn instance(
-        &mut self,
-        here: &Here<'_>,
-        values: &IndexMap<String, i64>,
-        name: &Name,
-        cell: &Cell,
-        module: ModuleId,
-    ) {
+    fn instance(&mut self, here: &Here<'_>, values: &Values, name: &Name, cell: &Cell, module: ModuleId) {
         let library = self.library;
         let (module_name, Some(body)) = library.module(module) else {
             self.mute_all(here, cell);

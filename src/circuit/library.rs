@@ -203,13 +203,16 @@ impl Library {
     }
 }
 
+/// Where the edges of a node lead, and the places that make them.
+type Edges = Vec<(usize, Span)>;
+
 /// The circles of a graph, each as the places of its edges; every node that lies on one is in one of them.
-fn cycles(nodes: std::ops::Range<usize>, edges: impl Fn(usize) -> Vec<(usize, Span)>) -> Vec<Vec<Span>> {
+fn cycles(nodes: std::ops::Range<usize>, edges: impl Fn(usize) -> Edges) -> Vec<Vec<Span>> {
     let mut done = HashSet::new();
     let mut found = Vec::new();
     for root in nodes {
         // the path from the root: each node with its edges still to follow
-        let mut path: Vec<(usize, Vec<(usize, Span)>, Span)> = Vec::new();
+        let mut path: Vec<(usize, Edges, Span)> = Vec::new();
         if done.insert(root) {
             path.push((root, edges(root), Span::default()));
         }

@@ -1,5 +1,7 @@
 //! The order in which cells can be evaluated, each after those it reads, and the feedback loops in which there is none.
 
+use std::collections::{HashMap, HashSet, VecDeque};
+
 use super::{CellId, Driver, Netlist};
 
 /// An evaluation order.
@@ -133,34 +135,47 @@ impl Netlist {
             return Vec::new();
         }
         let readers = Readers::new(self);
-        order.groups.iter().map(|g| self.shortest_circle(&readers, &order.sequence[g.clone()])).collect()
+        order.groups.iter().filter_map(|g| self.circle_among(&readers, &order.sequence[g.clone()])).collect()
     }
 
-    /// The shortest circle through the member that comes first by name, which does not depend on the order of cells.
-    fn shortest_circle(&self, readers: &Readers, members: &[CellId]) -> Loop {
-        let start = members.iter().copied().min_by_key(|&c| self.cell_path(c)).expect("a group has members");
-        let mut from = std::collections::HashMap::new();
-        let mut queue = std::collections::VecDeque::from([start]);
-        let inside: std::collections::HashSet<CellId> = members.iter().copied().collect();
-        while let Some(cell) = queue.pop_front() {
-            for &to in readers.of(cell.0) {
-                let to = CellId(to);
-                if to == start {
-                    let mut cells = vec![cell];
-                    while let Some(&previous) = from.get(cells.last().expect("not empty")) {
-                        cells.push(previous);
-                    }
-                    cells.reverse();
-                    return Loop { cells };
+    /// A shortest circle among some cells, if they feed back on each other.
+    #[must_use]
+    pub fn circle(&self, cells: &[CellId]) -> Option<Loop> {
+        self.circle_among(&Readers::new(self), cells)
+    }
+
+    /// The shortest circle through the member that comes first by name of those that lie on one, which does not depend
+    /// on the order of cells.
+    fn circle_among(&self, readers: &Readers, members: &[CellId]) -> Option<Loop> {
+        let mut starts: Vec<CellId> = members.to_vec();
+        starts.sort_by_cached_key(|&c| self.cell_path(c));
+        let inside: HashSet<CellId> = members.iter().copied().collect();
+        starts.into_iter().find_map(|start| shortest_circle(readers, start, &inside))
+    }
+}
+
+/// The shortest circle from a cell through others back to it.
+fn shortest_circle(readers: &Readers, start: CellId, inside: &HashSet<CellId>) -> Option<Loop> {
+    let mut from: HashMap<CellId, CellId> = HashMap::new();
+    let mut queue = VecDeque::from([start]);
+    while let Some(cell) = queue.pop_front() {
+        for &to in readers.of(cell.0) {
+            let to = CellId(to);
+            if to == start {
+                let mut cells = vec![cell];
+                while let Some(&previous) = cells.last().and_then(|last| from.get(last)) {
+                    cells.push(previous);
                 }
-                if inside.contains(&to) && !from.contains_key(&to) && to != start {
-                    from.insert(to, cell);
-                    queue.push_back(to);
-                }
+                cells.reverse();
+                return Some(Loop { cells });
+            }
+            if inside.contains(&to) && !from.contains_key(&to) {
+                from.insert(to, cell);
+                queue.push_back(to);
             }
         }
-        unreachable!("every member of a strongly connected group lies on a circle")
     }
+    None
 }
 
 #[cfg(test)]
