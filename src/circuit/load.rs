@@ -7,11 +7,11 @@ use indexmap::IndexMap;
 
 use super::elaborate::{elaborate, roots};
 use super::library::{Library, ModuleId};
-use super::report::Report;
+use super::report::{Places, Report};
 use super::{Limits, Name, ParameterValue};
 use crate::diag::{Code, Diagnostic, Diagnostics, Sources, Span};
 use crate::json::Recover;
-use crate::netlist::Netlist;
+use crate::netlist::{Netlist, SignalId};
 use crate::scenario::Simulation;
 
 /// A circuit ready to run.
@@ -25,6 +25,15 @@ pub struct Circuit {
     pub simulation: Option<Simulation>,
     /// Where the top module's name stands.
     pub span: Span,
+    places: Places,
+}
+
+impl Circuit {
+    /// Where a signal is declared.
+    #[must_use]
+    pub fn place(&self, signal: SignalId) -> Span {
+        self.places.of(signal).unwrap_or(self.span)
+    }
 }
 
 /// A circuit that cannot be used: every fault, rendered with its place.
@@ -166,9 +175,9 @@ impl Loader {
     /// to be run if there are errors among them.
     pub fn elaborate(&mut self, file: FileHandle, parameters: &[(Name, ParameterValue)]) -> Option<Circuit> {
         let top = self.top(file.0)?;
-        let (netlist, parameters) = self.netlist(top, parameters);
+        let (netlist, parameters, places) = self.netlist(top, parameters);
         let simulation = self.library.file(file.0).simulation.as_ref().and_then(Recover::as_ref).cloned();
-        Some(Circuit { netlist, parameters, simulation, span: self.library.module(top).0.span })
+        Some(Circuit { netlist, parameters, simulation, span: self.library.module(top).0.span, places })
     }
 
     /// Elaborates, with their default parameters, the modules of a file that its top module does not reach. A file
@@ -195,10 +204,10 @@ impl Loader {
         self.library.file(file.0).top.is_some() || roots(&self.library, file.0).len() == 1
     }
 
-    fn netlist(&mut self, top: ModuleId, parameters: &[(Name, ParameterValue)]) -> (Netlist, IndexMap<String, i64>) {
+    fn netlist(&mut self, top: ModuleId, parameters: &[(Name, ParameterValue)]) -> (Netlist, IndexMap<String, i64>, Places) {
         // a circle of modules has no end
         if self.diagnostics.iter().any(|d| d.code == Code::RecursiveModule) {
-            return (Netlist::default(), IndexMap::new());
+            return (Netlist::default(), IndexMap::new(), Places::default());
         }
         let elaborated = elaborate(&self.library, &self.limits, top, parameters);
         let cut_short = elaborated.diagnostics.iter().any(|d| d.code == Code::TooLarge);
@@ -216,6 +225,6 @@ impl Loader {
             };
             report.all(&faults);
         }
-        (netlist, elaborated.values)
+        (netlist, elaborated.values, elaborated.places)
     }
 }

@@ -35,6 +35,11 @@ impl Places {
         self.signals.insert(id, place);
     }
 
+    /// Where a signal is declared.
+    pub fn of(&self, id: SignalId) -> Option<Span> {
+        self.signals.get(&id).map(|p| p.span)
+    }
+
     pub fn mute(&mut self, id: SignalId) {
         if let Some(place) = self.signals.get_mut(&id) {
             place.muted = true;
