@@ -1,9 +1,9 @@
 //! What is looked at before `wellen` is given a file: faults that it does not report, or only by a panic.
 //!
 //! Time that goes back (it warns on standard output and drops the changes), a file that is cut off within a line, a
-//! body without anything in it, sections that reach beyond the end of an FST file.
+//! body without anything in it, lengths and counts in an FST file that are more than the file holds.
 
-use std::io::{self, BufRead, Read, Seek, SeekFrom};
+use std::io::{self, BufRead, Seek, SeekFrom};
 
 use super::read::Fault;
 
@@ -111,37 +111,114 @@ impl Scan {
     }
 }
 
-/// Walks over the sections of an FST file: a byte that says what kind, eight that say how long (themselves included).
+/// Walks over the sections of an FST file, and compares the lengths and counts in them with the bytes that are there:
+/// the reader takes that much memory, and a program that cannot have it is ended by the system.
 ///
 /// # Errors
-/// A section that is longer than the file or too short for its length.
-pub(super) fn fst(input: &mut (impl Read + Seek)) -> Result<(), Fault> {
+/// A section that does not fit into the file, or a count that does not fit into its section.
+pub(super) fn fst(input: &mut (impl BufRead + Seek)) -> Result<(), Fault> {
     let end = input.seek(SeekFrom::End(0)).map_err(Fault::Io)?;
     let mut at = 0;
     while at < end {
-        input.seek(SeekFrom::Start(at)).map_err(Fault::Io)?;
-        let mut head = [0; 9];
-        match input.read_exact(&mut head) {
-            Ok(()) => {}
-            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Err(cut(at)),
-            Err(error) => return Err(Fault::Io(error)),
-        }
-        let [kind, length @ ..] = head;
-        let length = u64::from_be_bytes(length);
-        const UNFINISHED: u8 = 255;
-        if kind == UNFINISHED {
-            return Err(Fault::Cut("what wrote it did not finish".to_owned()));
-        }
-        if length < 8 || length > end - at - 1 {
-            return Err(cut(at));
-        }
-        at += 1 + length;
+        let mut walk = || -> io::Result<u64> {
+            input.seek(SeekFrom::Start(at))?;
+            let kind = byte(input)?;
+            if kind == 255 {
+                return Err(io::Error::other("what wrote it did not finish"));
+            }
+            let length = number(input)?;
+            if length < 8 || length > end - at - 1 {
+                return Err(io::ErrorKind::UnexpectedEof.into());
+            }
+            section(input, kind, at + 1, length)?;
+            Ok(1 + length)
+        };
+        at += walk().map_err(|error| match error.kind() {
+            io::ErrorKind::UnexpectedEof => Fault::Cut(format!("the section at byte {at} is not complete")),
+            io::ErrorKind::InvalidData => Fault::Malformed(format!("a count in the section at byte {at} is wrong")),
+            io::ErrorKind::Other => Fault::Cut(error.to_string()),
+            _ => Fault::Io(error),
+        })?;
     }
     Ok(())
 }
 
-fn cut(at: u64) -> Fault {
-    Fault::Cut(format!("the section at byte {at} is not complete"))
+/// More than any of the methods in use (zlib 1032, LZ4 255) can make of one byte.
+const RATIO: u64 = 2048;
+
+/// The counts of one section, which begins with its length at `start`.
+fn section(input: &mut (impl BufRead + Seek), kind: u8, start: u64, length: u64) -> io::Result<()> {
+    let fits = |unpacked: u64, packed: u64| {
+        let fits = packed <= length && unpacked <= packed.saturating_mul(RATIO);
+        if fits { Ok(()) } else { Err(io::Error::from(io::ErrorKind::InvalidData)) }
+    };
+    match kind {
+        // What changes: the values at the start, the values of each signal, where those are, and the times.
+        1 | 5 | 8 => {
+            if length < 32 + 24 {
+                return Err(io::ErrorKind::InvalidData.into());
+            }
+            input.seek(SeekFrom::Start(start + length - 24))?;
+            let (unpacked, packed, times) = (number(input)?, number(input)?, number(input)?);
+            fits(unpacked, packed)?;
+            fits(times, unpacked)?;
+            let chain = (start + length - 24).checked_sub(packed + 8).filter(|&chain| chain >= start + 32);
+            input.seek(SeekFrom::Start(chain.ok_or(io::ErrorKind::InvalidData)?))?;
+            let chain = number(input)?;
+            fits(chain, chain)?;
+
+            input.seek(SeekFrom::Start(start + 32))?;
+            let (unpacked, packed, signals) = (variable(input)?, variable(input)?, variable(input)?);
+            fits(unpacked, packed)?;
+            // A signal takes no byte here only if it is text.
+            fits(signals, unpacked.max(length))?;
+            input.seek_relative(packed as i64)?;
+            fits(variable(input)?, signals)
+        }
+        2 => {
+            let count = variable(input)?;
+            fits(count, count)
+        }
+        // What each signal is: a byte at least.
+        3 => {
+            let (unpacked, signals) = (number(input)?, number(input)?);
+            fits(unpacked, length)?;
+            if signals <= unpacked { Ok(()) } else { Err(io::ErrorKind::InvalidData.into()) }
+        }
+        // The names; the last kind is packed twice.
+        4 | 6 => fits(number(input)?, length),
+        7 => {
+            let (unpacked, once) = (number(input)?, variable(input)?);
+            fits(once, length)?;
+            fits(unpacked / RATIO, once.min(length))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn byte(input: &mut impl BufRead) -> io::Result<u8> {
+    let mut byte = [0];
+    input.read_exact(&mut byte)?;
+    Ok(byte[0])
+}
+
+fn number(input: &mut impl BufRead) -> io::Result<u64> {
+    let mut bytes = [0; 8];
+    input.read_exact(&mut bytes)?;
+    Ok(u64::from_be_bytes(bytes))
+}
+
+/// Seven bits a byte, the lowest first, the eighth set in all but the last.
+fn variable(input: &mut impl BufRead) -> io::Result<u64> {
+    let mut number = 0;
+    for shift in (0..63).step_by(7) {
+        let byte = byte(input)?;
+        number |= u64::from(byte & 0x7f) << shift;
+        if byte < 0x80 {
+            return Ok(number);
+        }
+    }
+    Err(io::ErrorKind::InvalidData.into())
 }
 
 #[cfg(test)]
@@ -157,7 +234,7 @@ mod tests {
     #[test]
     fn time_may_stand_still_but_not_go_back() {
         assert_eq!(check("#0\n1!\n#5\n#5\n#7\n"), Ok(true));
-        assert_eq!(check("#5\n1!\n#4\n"), Err("line 4: time goes back from 5 to 4".into()));
+        assert_eq!(check("#5\n1!\n#4\n"), Err("it is damaged: line 4: time goes back from 5 to 4".into()));
     }
 
     #[test]
@@ -186,12 +263,27 @@ mod tests {
         let section =
             |kind: u8, length: u64, bytes: usize| [&[kind][..], &length.to_be_bytes(), &vec![0; bytes]].concat();
         let check = |bytes: Vec<u8>| fst(&mut io::Cursor::new(bytes)).map_err(|fault| fault.to_string());
-        assert_eq!(check([section(0, 12, 4), section(3, 8, 0)].concat()), Ok(()));
+        assert_eq!(check([section(0, 12, 4), section(9, 8, 0)].concat()), Ok(()));
         let fault = Err("it is cut off: the section at byte 13 is not complete".to_owned());
         assert_eq!(check([section(0, 12, 4), section(3, 9, 0)].concat()), fault);
         assert_eq!(check([section(0, 12, 4), section(3, 7, 0)].concat()), fault);
         assert_eq!(check([section(0, 12, 4), section(3, u64::MAX, 0)].concat()), fault);
         assert_eq!(check([section(0, 12, 4), vec![1, 2]].concat()), fault);
-        assert!(check(section(255, 8, 0)).is_err());
+        assert_eq!(check(section(255, 8, 0)), Err("it is cut off: what wrote it did not finish".into()));
+    }
+
+    #[test]
+    fn counts_must_fit() {
+        let check = |section: &[u8]| fst(&mut io::Cursor::new(section)).map_err(|fault| fault.to_string());
+        let geometry = |unpacked: u64, signals: u64| {
+            [&[3][..], &26_u64.to_be_bytes(), &unpacked.to_be_bytes(), &signals.to_be_bytes(), &[0; 2]].concat()
+        };
+        let fault = Err("it is damaged: a count in the section at byte 0 is wrong".to_owned());
+        assert_eq!(check(&geometry(2, 2)), Ok(()));
+        assert_eq!(check(&geometry(2, 3)), fault);
+        assert_eq!(check(&geometry(1 << 40, 3)), fault);
+        let names = |unpacked: u64| [&[6][..], &20_u64.to_be_bytes(), &unpacked.to_be_bytes(), &[0; 4]].concat();
+        assert_eq!(check(&names(100)), Ok(()));
+        assert_eq!(check(&names(u64::MAX)), fault);
     }
 }

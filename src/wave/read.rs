@@ -343,7 +343,7 @@ fn guarded<T>(read: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
     result.unwrap_or_else(|payload| {
         let text = payload.downcast_ref::<String>().map(String::as_str);
         let text = text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no further detail");
-        Err(Fault::Malformed(text.lines().next().unwrap_or_default().to_owned()))
+        Err(Fault::Malformed(format!("the reader gave up ({})", text.lines().next().unwrap_or_default())))
     })
 }
 
@@ -397,7 +397,7 @@ impl fmt::Display for Fault {
             Fault::Empty => f.write_str("it is empty"),
             Fault::Unknown => f.write_str("it is not a waveform"),
             Fault::Cut(text) => write!(f, "it is cut off: {text}"),
-            Fault::Malformed(text) => f.write_str(text),
+            Fault::Malformed(text) => write!(f, "it is damaged: {text}"),
         }
     }
 }

@@ -50,7 +50,7 @@ impl fmt::Display for Difference {
             writeln!(f, "\nThey end at different times; compared until {}, where {short} ends.", time(end))?;
         }
         if self.compared == 0 {
-            writeln!(f, "\nNo signal was compared: the two have no name in common.")?;
+            writeln!(f, "\nNo signal was compared.")?;
         }
         Ok(())
     }

@@ -213,12 +213,7 @@ impl<D: Destination> Sink for VcdWriter<D> {
                 self.slot_of.push(self.slot_of[of]);
                 continue;
             }
-            let mut text = id.to_string();
-            // Some readers take these four characters for the end of a declaration wherever they find them.
-            while text.contains("$end") {
-                id = id.next();
-                text = id.to_string();
-            }
+            let text = id.to_string();
             let mut bytes = [0; 8];
             bytes[..text.len()].copy_from_slice(text.as_bytes());
             let start = self.current.len();
@@ -226,7 +221,7 @@ impl<D: Destination> Sink for VcdWriter<D> {
             self.slots.push(Slot { start, width: var.width, touched: false, id: bytes, id_len: text.len() as u8 });
             self.current.extend((0..word::words(var.width)).map(|i| Word::x(word::word_mask(var.width, i))));
             ids.push(id);
-            id = id.next();
+            id = following(id);
         }
         self.written = self.current.clone();
         self.header(layout, &ids)?;
@@ -268,6 +263,16 @@ impl<D: Destination> Sink for VcdWriter<D> {
         self.drain(0)?;
         self.destination.complete()
     }
+}
+
+/// The next identifier. One that ends a declaration for readers that look for these characters wherever they stand
+/// (`wellen` does) is left out; it would be that of the 56 millionth variable.
+fn following(id: IdCode) -> IdCode {
+    let mut next = id.next();
+    while next.to_string().contains("$end") {
+        next = next.next();
+    }
+    next
 }
 
 fn backwards(before: u64, now: u64) -> io::Error {
