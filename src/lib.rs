@@ -11,3 +11,5 @@ mod simulator;
 pub mod value;
 pub use simulator::{Input, Probe, Simulator, SimulatorError};
 pub use value::{Logic, Value};
+pub mod cli;
+pub mod wave;
