@@ -107,13 +107,13 @@ impl Signal {
         parser.skip_space();
         match parser.rest().chars().next() {
             None => Ok(signal),
-            Some(',') => Err(parser
-                .unexpected("unexpected `,`")
-                .help("a concatenation is a JSON array: [\"a\", \"b\"]")),
+            Some(',') => {
+                Err(parser.unexpected("unexpected `,`").help("a concatenation is a JSON array: [\"a\", \"b\"]"))
+            }
             Some('[') => Err(parser.unexpected("unexpected `[`").help("a selection has no further selection")),
-            Some('.') => Err(parser
-                .unexpected("unexpected `.`")
-                .help("a signal is a net or port of this module; nets inside of cells are reached through their ports")),
+            Some('.') => Err(parser.unexpected("unexpected `.`").help(
+                "a signal is a net or port of this module; nets inside of cells are reached through their ports",
+            )),
             Some(_) => Err(parser.unexpected("expected the end of the signal")),
         }
     }
@@ -205,7 +205,8 @@ fn signal(p: &mut Parser<'_>, depth: usize) -> Result<Signal, Diagnostic> {
 /// The base and digits of a constant.
 fn digits(p: &mut Parser<'_>, start: usize) -> Result<String, Diagnostic> {
     let rest = p.rest();
-    let length = rest.bytes().position(|b| !(b.is_ascii_alphanumeric() || b == b'_' || b == b'?')).unwrap_or(rest.len());
+    let length =
+        rest.bytes().position(|b| !(b.is_ascii_alphanumeric() || b == b'_' || b == b'?')).unwrap_or(rest.len());
     let digits = rest[..length].to_ascii_lowercase();
     p.at += length;
     let allowed = match digits.trim_start_matches('s').chars().next() {

@@ -250,11 +250,8 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         if candidate.len().abs_diff(name.len()) > 4 * allowed {
             continue;
         }
-        let distance = if candidate.eq_ignore_ascii_case(name) {
-            0
-        } else {
-            strsim::damerau_levenshtein(name, candidate)
-        };
+        let distance =
+            if candidate.eq_ignore_ascii_case(name) { 0 } else { strsim::damerau_levenshtein(name, candidate) };
         // One letter for another one is no likeness.
         let alike = distance <= allowed && distance < letters.max(candidate.chars().count());
         if alike && best.is_none_or(|(d, c)| (distance, candidate) < (d, c)) {

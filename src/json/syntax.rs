@@ -203,7 +203,8 @@ mod tests {
         assert_eq!(fault("[// x\n]"), "1..5: JSON has no comments");
         assert_eq!(fault("[yes]"), "1..4: expected a value");
         assert_eq!(fault("{} {}"), "3..4: expected the end of the file");
-        for wrong in ["[+1]", "[.5]", "[1.]", "[NaN]", "[Infinity]", "[\"\\x41\"]", "[\"\\'\"]", "[\"\\ud800\"]", "{,}"] {
+        for wrong in ["[+1]", "[.5]", "[1.]", "[NaN]", "[Infinity]", "[\"\\x41\"]", "[\"\\'\"]", "[\"\\ud800\"]", "{,}"]
+        {
             assert_ne!(fault(wrong), "ok", "{wrong}");
         }
     }
