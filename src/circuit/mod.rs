@@ -6,6 +6,8 @@
 pub mod expr;
 mod expr_parser;
 pub mod file;
+#[cfg(test)]
+mod file_tests;
 pub mod limits;
 pub mod reference;
 pub mod schema;
