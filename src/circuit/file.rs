@@ -275,6 +275,17 @@ pub enum ParameterText {
     String(String),
 }
 
+impl ParameterText {
+    /// As it was written.
+    #[must_use]
+    pub fn as_text(&self) -> String {
+        match self {
+            ParameterText::Integer(n) => n.to_string(),
+            ParameterText::String(text) => text.clone(),
+        }
+    }
+}
+
 impl Spanned<ParameterText> {
     /// The value as an expression.
     ///

@@ -91,6 +91,35 @@ mod tests {
     }
 
     #[test]
+    fn the_shipped_files_fit_and_name_their_schema() {
+        let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+        let mut folders = vec![root.join("circuits"), root.join("traces")];
+        let mut seen = 0;
+        while let Some(folder) = folders.pop() {
+            for entry in std::fs::read_dir(&folder).into_iter().flatten() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    folders.push(path);
+                    continue;
+                }
+                let name = path.file_name().unwrap().to_string_lossy();
+                if !name.ends_with(".json") || name.ends_with(".schema.json") {
+                    continue;
+                }
+                let value: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+                let schema = folder.join(value["$schema"].as_str().unwrap_or_default());
+                let schema = std::fs::read_to_string(&schema)
+                    .unwrap_or_else(|e| panic!("{}: its $schema, {}: {e}", path.display(), schema.display()));
+                let validator = jsonschema::draft202012::new(&serde_json::from_str(&schema).unwrap()).unwrap();
+                let faults: Vec<String> = validator.iter_errors(&value).map(|e| e.to_string()).collect();
+                assert_eq!(faults, [""; 0], "{}", path.display());
+                seen += 1;
+            }
+        }
+        assert!(seen > 0);
+    }
+
+    #[test]
     fn what_the_reader_refuses_the_schema_refuses() {
         let validator = jsonschema::draft202012::new(&circuit_schema()).unwrap();
         for wrong in [

@@ -49,6 +49,7 @@ impl Span {
     }
 }
 
+#[derive(Debug)]
 struct Source {
     name: String,
     text: String,
@@ -75,7 +76,7 @@ fn starts_character(byte: u8) -> bool {
 }
 
 /// All texts that were read, and how they are called.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub struct Sources {
     files: Vec<Source>,
 }

@@ -1,0 +1,496 @@
+//! Comparing two waveforms: what differs, where first, and what was around it.
+//!
+//! Variables are matched by their full names and compared by the values that they have at the end of each tick, over
+//! the time that both waveforms cover. Different timescales are brought to the finer one. What is reported is bounded,
+//! what is counted is not.
+
+use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::iter::Peekable;
+
+use serde::Serialize;
+use wellen::{Signal, SignalRef, SignalValueRef};
+
+use super::Timescale;
+use super::read::{self, ReadError, ValueKind, Waves};
+
+/// How many pairs of variables are in memory together.
+const BATCH: usize = 64;
+
+/// One of the two waveforms.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Side {
+    /// The first.
+    A,
+    /// The second.
+    B,
+}
+
+/// How to compare.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Options {
+    /// A bit that is x on this side agrees with anything. Otherwise x agrees with x alone.
+    pub x_as_dont_care: Option<Side>,
+    /// Whether waveforms that end at different times may be the same.
+    pub ignore_end: bool,
+    /// How many variables each list of the report holds.
+    pub max_signals: usize,
+    /// How many times before and after the first difference are reported.
+    pub context: usize,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options { x_as_dont_care: None, ignore_end: false, max_signals: 20, context: 5 }
+    }
+}
+
+/// What [`diff`] found. All times are in ticks of [`timescale`](Difference::timescale).
+#[derive(Clone, PartialEq, Eq, Debug, Serialize)]
+pub struct Difference {
+    /// Nothing differs.
+    pub same: bool,
+    /// How long a tick is; none if neither file says.
+    #[serde(serialize_with = "as_text")]
+    pub timescale: Option<Timescale>,
+    /// The first waveform.
+    pub a: Party,
+    /// The second waveform.
+    pub b: Party,
+    /// Whether it counts that the two end at different times.
+    pub ends_differ: bool,
+    /// How many variables were compared.
+    pub compared: usize,
+    /// How many of them differ.
+    pub differing: usize,
+    /// The first time at which any does.
+    pub first: Option<u64>,
+    /// Those that differ, the first to do so first.
+    pub signals: Vec<SignalDifference>,
+    /// What was around the first difference.
+    pub context: Option<Context>,
+    /// Variables that have values of different kinds or widths, and were not compared.
+    pub kinds: List<KindDifference>,
+    /// Variables that only the first has.
+    pub only_a: List<String>,
+    /// Variables that only the second has.
+    pub only_b: List<String>,
+}
+
+/// One of the two waveforms.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize)]
+pub struct Party {
+    /// What it is called in the report: its path, unless the caller knows better (`expected`).
+    pub name: String,
+    /// Its last time.
+    pub end: u64,
+}
+
+/// The first difference of one variable.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize)]
+pub struct SignalDifference {
+    /// The full name of the variable.
+    pub name: String,
+    /// When.
+    pub time: u64,
+    /// The value in the first: bits, the most significant first; empty where there is none.
+    pub a: String,
+    /// The value in the second.
+    pub b: String,
+}
+
+/// A variable whose values are of different kinds.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize)]
+pub struct KindDifference {
+    /// The full name of the variable.
+    pub name: String,
+    /// What they are in the first, e.g. `8 bits`.
+    pub a: String,
+    /// What they are in the second.
+    pub b: String,
+}
+
+/// The first of a number of things.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize)]
+pub struct List<T> {
+    /// How many there are.
+    pub count: usize,
+    /// The first of them.
+    pub first: Vec<T>,
+}
+
+impl<T> Default for List<T> {
+    fn default() -> List<T> {
+        List { count: 0, first: Vec::new() }
+    }
+}
+
+impl<T> List<T> {
+    fn push(&mut self, max: usize, item: impl FnOnce() -> T) {
+        self.count += 1;
+        if self.first.len() < max {
+            self.first.push(item());
+        }
+    }
+}
+
+/// What a variable did around its first difference.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize)]
+pub struct Context {
+    /// The variable.
+    pub signal: String,
+    /// A variable that looks like its clock: one bit, the same in both, with rising edges at equal distances.
+    pub clock: Option<String>,
+    /// How many rising edges the clock has made when the difference shows, one at that time included.
+    pub clock_edges: Option<u64>,
+    /// The times around, in order: where the variable or the clock changes.
+    pub rows: Vec<Row>,
+}
+
+/// The values at one time.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize)]
+pub struct Row {
+    /// When.
+    pub time: u64,
+    /// The clock from then on.
+    pub clock: Option<String>,
+    /// The variable in the first from then on.
+    pub a: String,
+    /// The variable in the second from then on.
+    pub b: String,
+}
+
+fn as_text<S: serde::Serializer>(timescale: &Option<Timescale>, to: S) -> Result<S::Ok, S::Error> {
+    timescale.map(|timescale| timescale.to_string()).serialize(to)
+}
+
+/// Compares two waveforms.
+///
+/// # Errors
+/// Values that are damaged, or times that are too great for the common timescale.
+pub fn diff(a: &mut Waves, b: &mut Waves, options: &Options) -> Result<Difference, ReadError> {
+    let common = match (a.exponent(), b.exponent()) {
+        (Some(x), Some(y)) => Some(x.min(y)),
+        (x, y) => x.or(y),
+    };
+    let scale = Scale { a: factor(a, common)?, b: factor(b, common)? };
+    let (end_a, end_b) = (a.end() * scale.a, b.end() * scale.b);
+    let mut result = Difference {
+        same: true,
+        timescale: common.and_then(Timescale::from_exponent),
+        a: Party { name: a.path().display().to_string(), end: end_a },
+        b: Party { name: b.path().display().to_string(), end: end_b },
+        ends_differ: end_a != end_b && !options.ignore_end,
+        compared: 0,
+        differing: 0,
+        first: None,
+        signals: Vec::new(),
+        context: None,
+        kinds: List::default(),
+        only_a: List::default(),
+        only_b: List::default(),
+    };
+    let pairs = pairs(a, b, options, &mut result);
+    let compare = Compare { until: end_a.min(end_b), scale, dont_care: options.x_as_dont_care };
+
+    let (mut found, clock) = compare.all(a, b, &pairs)?;
+    found.sort_by_key(|&(time, name_of, _)| (time, name_of));
+    result.differing = found.len();
+    result.first = found.first().map(|&(time, ..)| time);
+    for &(time, name_of, pair) in found.iter().take(options.max_signals) {
+        let (row, _) = compare.around(a, b, pair, None, time, 0)?;
+        let name = a.vars()[name_of].name.clone();
+        let (a, b) = row.into_iter().next().map_or_else(Default::default, |row| (row.a, row.b));
+        result.signals.push(SignalDifference { name, time, a, b });
+    }
+    if let Some(&(time, name_of, pair)) = found.first() {
+        let clock = clock.filter(|(_, clock)| *clock != pair);
+        let clock = match clock {
+            Some((name_of, clock)) if compare.is_clock(a, b, clock, time)? => Some((name_of, clock)),
+            _ => None,
+        };
+        let (rows, edges) = compare.around(a, b, pair, clock.map(|(_, clock)| clock), time, options.context)?;
+        result.context = Some(Context {
+            signal: a.vars()[name_of].name.clone(),
+            clock: clock.map(|(name_of, _)| a.vars()[name_of].name.clone()),
+            clock_edges: clock.map(|_| edges),
+            rows,
+        });
+    }
+    result.same = !result.ends_differ
+        && result.differing == 0
+        && result.kinds.count + result.only_a.count + result.only_b.count == 0;
+    Ok(result)
+}
+
+/// How many common ticks one of the waveform's is; its times are known to fit.
+fn factor(waves: &Waves, common: Option<i32>) -> Result<u64, ReadError> {
+    let digits = match (waves.exponent(), common) {
+        (Some(own), Some(common)) => own.abs_diff(common),
+        _ => 0,
+    };
+    let factor = 10_u64.checked_pow(digits).filter(|factor| waves.end().checked_mul(*factor).is_some());
+    factor.ok_or_else(|| {
+        let text = format!("its last time, {} ticks, is too great for the timescale of the other", waves.end());
+        ReadError::malformed(waves.path(), text)
+    })
+}
+
+/// A signal of each side and what its values are.
+type Pair = (SignalRef, SignalRef, ValueKind);
+
+/// What is in both: each pair of signals once, with the variables (of the first) that have it.
+fn pairs(a: &Waves, b: &Waves, options: &Options, result: &mut Difference) -> Vec<(Pair, Vec<usize>)> {
+    let mut pairs: BTreeMap<(SignalRef, SignalRef), (ValueKind, Vec<usize>)> = BTreeMap::new();
+    for (i, var) in a.vars().iter().enumerate() {
+        let Some(other) = b.find(&var.name).map(|i| &b.vars()[i]) else {
+            result.only_a.push(options.max_signals, || var.name.clone());
+            continue;
+        };
+        if var.kind != other.kind {
+            result.kinds.push(options.max_signals, || KindDifference {
+                name: var.name.clone(),
+                a: var.kind.to_string(),
+                b: other.kind.to_string(),
+            });
+            continue;
+        }
+        result.compared += 1;
+        pairs.entry((var.signal, other.signal)).or_insert((var.kind, Vec::new())).1.push(i);
+    }
+    for var in b.vars() {
+        if a.find(&var.name).is_none() {
+            result.only_b.push(options.max_signals, || var.name.clone());
+        }
+    }
+    pairs.into_iter().map(|((a, b), (kind, vars))| ((a, b, kind), vars)).collect()
+}
+
+#[derive(Clone, Copy)]
+struct Scale {
+    a: u64,
+    b: u64,
+}
+
+struct Compare {
+    /// Later times are not compared.
+    until: u64,
+    scale: Scale,
+    dont_care: Option<Side>,
+}
+
+/// A variable by its index and the pair of signals it has.
+type Named = (usize, Pair);
+
+impl Compare {
+    /// The first difference of each variable that has one (time, index, pair), and what may be the clock: the one-bit
+    /// variable that changes most often.
+    fn all(
+        &self,
+        a: &mut Waves,
+        b: &mut Waves,
+        pairs: &[(Pair, Vec<usize>)],
+    ) -> Result<(Vec<(u64, usize, Pair)>, Option<Named>), ReadError> {
+        let mut found = Vec::new();
+        let mut clock: Option<(usize, Named)> = None;
+        for batch in pairs.chunks(BATCH) {
+            let loaded_a = load(a, batch.iter().map(|(pair, _)| pair.0))?;
+            let loaded_b = load(b, batch.iter().map(|(pair, _)| pair.1))?;
+            for (pair, vars) in batch {
+                let (signal_a, signal_b) = (loaded_a.get(&pair.0), loaded_b.get(&pair.1));
+                let walk = self.walk([(signal_a, a, self.scale.a), (signal_b, b, self.scale.b)]);
+                if let Some(time) = self.first_difference(walk, pair.2) {
+                    found.extend(vars.iter().map(|&var| (time, var, *pair)));
+                }
+                if pair.2 == ValueKind::Bits(1)
+                    && let Some(changes) = signal_a.map(|signal| signal.time_indices().len())
+                    && clock.is_none_or(|(most, (name_of, _))| (changes, name_of) > (most, vars[0]))
+                {
+                    clock = Some((changes, (vars[0], *pair)));
+                }
+            }
+        }
+        Ok((found, clock.map(|(_, clock)| clock)))
+    }
+
+    fn first_difference<'a>(&self, mut walk: Walk<'a, impl Point<'a>>, kind: ValueKind) -> Option<u64> {
+        while let Some(time) = walk.next() {
+            if time > self.until {
+                return None;
+            }
+            let [a, b] = [walk.value(0, kind), walk.value(1, kind)];
+            if !same(a, b, self.dont_care) {
+                return Some(time);
+            }
+        }
+        None
+    }
+
+    /// The rows around a time, `count` on each side of it, and the number of rising edges of the clock until then.
+    fn around(
+        &self,
+        a: &mut Waves,
+        b: &mut Waves,
+        pair: Pair,
+        clock: Option<Pair>,
+        time: u64,
+        count: usize,
+    ) -> Result<(Vec<Row>, u64), ReadError> {
+        let loaded_a = load(a, std::iter::once(pair.0).chain(clock.map(|clock| clock.0)))?;
+        let loaded_b = load(b, std::iter::once(pair.1))?;
+        let clock = clock.and_then(|clock| loaded_a.get(&clock.0));
+        let mut walk = self.walk([
+            (loaded_a.get(&pair.0), a, self.scale.a),
+            (loaded_b.get(&pair.1), b, self.scale.b),
+            (clock, a, self.scale.a),
+        ]);
+        let mut rows = VecDeque::new();
+        let (mut edges, mut before, mut after) = (0, None, 0);
+        while let Some(now) = walk.next() {
+            if now > self.until || after > count {
+                break;
+            }
+            let level = clock.map(|_| walk.text(2, ValueKind::Bits(1)));
+            if now <= time && before.as_deref() == Some("0") && level.as_deref() == Some("1") {
+                edges += 1;
+            }
+            before.clone_from(&level);
+            rows.push_back(Row { time: now, clock: level, a: walk.text(0, pair.2), b: walk.text(1, pair.2) });
+            if now >= time {
+                after += 1;
+            } else if rows.len() > count {
+                rows.pop_front();
+            }
+        }
+        Ok((rows.into(), edges))
+    }
+
+    /// Whether a variable is the same in both until a time, with at least three rising edges at equal distances.
+    fn is_clock(&self, a: &mut Waves, b: &mut Waves, pair: Pair, until: u64) -> Result<bool, ReadError> {
+        let loaded_a = load(a, std::iter::once(pair.0))?;
+        let loaded_b = load(b, std::iter::once(pair.1))?;
+        let mut walk = self.walk([(loaded_a.get(&pair.0), a, self.scale.a), (loaded_b.get(&pair.1), b, self.scale.b)]);
+        let (mut edges, mut before, mut last, mut period) = (0, String::new(), None, None);
+        while let Some(now) = walk.next() {
+            let [x, y] = [walk.text(0, pair.2), walk.text(1, pair.2)];
+            if now <= until && x != y {
+                return Ok(false);
+            }
+            // The clock goes on after the difference, and may need that to be known as one.
+            if now > until && edges >= 3 {
+                break;
+            }
+            if before == "0" && x == "1" {
+                let distance = last.map(|last| now - last);
+                if period.is_some() && distance != period {
+                    return Ok(false);
+                }
+                (last, period, edges) = (Some(now), distance, edges + 1);
+            }
+            before = x;
+        }
+        Ok(edges >= 3)
+    }
+
+    fn walk<'a, const N: usize>(
+        &self,
+        sources: [(Option<&'a Signal>, &'a Waves, u64); N],
+    ) -> Walk<'a, impl Point<'a> + use<'a, N>> {
+        let sources = sources.map(|(signal, waves, factor)| {
+            let points = signal.into_iter().flat_map(|signal| read::changes(signal, waves.times()));
+            (points.map(move |(time, value)| (time * factor, value)).peekable(), None)
+        });
+        Walk { sources: sources.into(), now: 0 }
+    }
+}
+
+fn load(waves: &mut Waves, signals: impl Iterator<Item = SignalRef>) -> Result<HashMap<SignalRef, Signal>, ReadError> {
+    let signals: Vec<SignalRef> = signals.collect();
+    Ok(waves.signals(&signals)?.into_iter().map(|signal| (signal.signal_ref(), signal)).collect())
+}
+
+trait Point<'a>: Iterator<Item = (u64, SignalValueRef<'a>)> {}
+impl<'a, I: Iterator<Item = (u64, SignalValueRef<'a>)>> Point<'a> for I {}
+
+/// Goes through the changes of several signals together, in order of time.
+struct Walk<'a, I: Point<'a>> {
+    /// What is to come of each, and when it last changed to what.
+    sources: Vec<(Peekable<I>, Option<(u64, SignalValueRef<'a>)>)>,
+    now: u64,
+}
+
+/// The value of a signal at one time.
+#[derive(Clone, Copy)]
+enum Sample<'a> {
+    /// Nothing said so far: these bits are x.
+    Unknown(u32),
+    Nothing,
+    Value(SignalValueRef<'a>),
+}
+
+impl<'a, I: Point<'a>> Walk<'a, I> {
+    /// The next time at which any of them changes.
+    fn next(&mut self) -> Option<u64> {
+        let next = self.sources.iter_mut().filter_map(|(points, _)| points.peek().map(|&(time, _)| time)).min()?;
+        for (points, last) in &mut self.sources {
+            if let Some(point) = points.next_if(|&(time, _)| time == next) {
+                *last = Some(point);
+            }
+        }
+        self.now = next;
+        Some(next)
+    }
+
+    fn value(&self, source: usize, kind: ValueKind) -> Sample<'a> {
+        match (self.sources[source].1, kind) {
+            // An event is there only when it happens.
+            (Some((time, _)), ValueKind::Event) if time != self.now => Sample::Nothing,
+            (Some((_, value)), _) => Sample::Value(value),
+            (None, ValueKind::Bits(width)) => Sample::Unknown(width),
+            (None, _) => Sample::Nothing,
+        }
+    }
+
+    fn text(&self, source: usize, kind: ValueKind) -> String {
+        match self.value(source, kind) {
+            Sample::Unknown(width) => "x".repeat(width as usize),
+            Sample::Nothing => String::new(),
+            Sample::Value(SignalValueRef::Event) => "event".to_owned(),
+            Sample::Value(value) => value.to_string(),
+        }
+    }
+}
+
+fn same(a: Sample<'_>, b: Sample<'_>, dont_care: Option<Side>) -> bool {
+    match (a, b) {
+        (Sample::Value(SignalValueRef::Real(a)), Sample::Value(SignalValueRef::Real(b))) => {
+            a == b || a.is_nan() && b.is_nan()
+        }
+        (Sample::Value(a), Sample::Value(b)) if a == b => true,
+        (Sample::Value(SignalValueRef::BitVec(a)), Sample::Value(SignalValueRef::BitVec(b))) => match dont_care {
+            None => false,
+            Some(Side::A) => agrees(a, b),
+            Some(Side::B) => agrees(b, a),
+        },
+        (Sample::Unknown(_), Sample::Unknown(_)) | (Sample::Nothing, Sample::Nothing) => true,
+        (Sample::Unknown(_), Sample::Value(SignalValueRef::BitVec(value))) => {
+            dont_care == Some(Side::A) || value.iter_lsb_to_msb().all(|bit| bit.as_ascii() == 'x')
+        }
+        (Sample::Value(SignalValueRef::BitVec(value)), Sample::Unknown(_)) => {
+            dont_care == Some(Side::B) || value.iter_lsb_to_msb().all(|bit| bit.as_ascii() == 'x')
+        }
+        _ => false,
+    }
+}
+
+/// Whether every bit that is not x in the first is the same in the second.
+fn agrees(loose: wellen::BitVecRef<'_>, strict: wellen::BitVecRef<'_>) -> bool {
+    loose
+        .iter_lsb_to_msb()
+        .zip(strict.iter_lsb_to_msb())
+        .all(|(loose, strict)| loose.as_ascii() == 'x' || loose.as_ascii() == strict.as_ascii())
+}
+
+#[cfg(test)]
+#[path = "diff_tests.rs"]
+mod tests;

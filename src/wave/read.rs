@@ -1,0 +1,422 @@
+//! Reading a waveform, by `wellen`: VCD, FST and GHW.
+//!
+//! [`Waves`] holds the names and the times; values are loaded a few variables at a time. A damaged file is an error,
+//! whatever the reader makes of it.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::fmt;
+use std::fs::File;
+use std::io::{self, BufReader, Seek};
+use std::panic::{self, AssertUnwindSafe};
+use std::path::{Path, PathBuf};
+use std::sync::Once;
+
+use wellen::{FileFormat, Hierarchy, ItemRef, LoadOptions, SignalEncoding, SignalRef, SignalSource, viewers};
+use wellen::{Signal, SignalValueRef, Var};
+
+use super::{Layout, Timescale, precheck};
+
+/// Scopes inside one another.
+const MAX_DEPTH: usize = 10_000;
+
+/// What the values of a variable are.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
+pub enum ValueKind {
+    /// Bits, that many.
+    Bits(u32),
+    /// A real number.
+    Real,
+    /// Text.
+    Text,
+    /// Something that happens and has no value.
+    Event,
+}
+
+impl fmt::Display for ValueKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ValueKind::Bits(1) => f.write_str("1 bit"),
+            ValueKind::Bits(n) => write!(f, "{n} bits"),
+            ValueKind::Real => f.write_str("a real number"),
+            ValueKind::Text => f.write_str("text"),
+            ValueKind::Event => f.write_str("an event"),
+        }
+    }
+}
+
+/// A variable of a waveform that was read.
+#[derive(Clone, Debug)]
+pub struct WaveVar {
+    /// Its full name: scopes and own name joined by dots, without the index of a whole vector.
+    pub name: String,
+    /// What its values are.
+    pub kind: ValueKind,
+    pub(super) signal: SignalRef,
+}
+
+/// A waveform in a file.
+///
+/// ```
+/// use discreta::wave::read::Waves;
+/// # let dir = tempfile::tempdir()?;
+/// # let path = dir.path().join("a.vcd");
+/// # std::fs::write(&path, "$timescale 1 ns $end $scope module top $end $var wire 2 ! q [1:0] $end $upscope $end
+/// # $enddefinitions $end\n#0\nbx !\n#5\nb10 !\n#9\n")?;
+/// let mut waves = Waves::open(&path)?;
+/// let q = waves.find("top.q").unwrap();
+/// let changes: Vec<_> = waves.load(q)?.changes().collect();
+/// assert_eq!(changes, [(0, "xx".to_string()), (5, "10".to_string())]);
+/// assert_eq!(waves.end(), 9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Waves {
+    path: PathBuf,
+    hierarchy: Hierarchy,
+    source: Option<SignalSource>,
+    times: Vec<u64>,
+    vars: Vec<WaveVar>,
+    index: HashMap<String, usize>,
+    exponent: Option<i32>,
+}
+
+impl Waves {
+    /// Opens a file, whose format is told from what is in it.
+    ///
+    /// # Errors
+    /// It cannot be read, is not a waveform, or is damaged.
+    pub fn open(path: &Path) -> Result<Waves, ReadError> {
+        let fail = |fault| ReadError { path: path.to_owned(), fault };
+        let file = File::open(path).map_err(|error| fail(Fault::Io(error)))?;
+        let metadata = file.metadata().map_err(|error| fail(Fault::Io(error)))?;
+        // Also: a device has no end, and a pipe cannot be read twice.
+        if !metadata.is_file() {
+            return Err(fail(Fault::NotAFile));
+        }
+        if metadata.len() == 0 {
+            return Err(fail(Fault::Empty));
+        }
+        guarded(|| Waves::read(path, file)).map_err(fail)
+    }
+
+    fn read(path: &Path, file: File) -> Result<Waves, Fault> {
+        let mut input = BufReader::with_capacity(1 << 16, file);
+        let format = viewers::detect_file_format(&mut input);
+        input.rewind().map_err(Fault::Io)?;
+        let has_body = match format {
+            FileFormat::Vcd => precheck::vcd(&mut input)?,
+            FileFormat::Fst => precheck::fst(&mut input).map(|()| true)?,
+            FileFormat::Ghw => true,
+            FileFormat::Unknown => return Err(Fault::Unknown),
+        };
+        input.rewind().map_err(Fault::Io)?;
+        // One thread: a panic in another would be out of reach.
+        let options = LoadOptions { multi_thread: false, ..LoadOptions::default() };
+        let header = viewers::read_header(input, &options).map_err(malformed)?;
+        let hierarchy = header.hierarchy;
+        let (vars, index) = variables(&hierarchy)?;
+        let exponent = match hierarchy.timescale() {
+            Some(timescale) => exponent(timescale)?,
+            None => None,
+        };
+        let (source, times) = if has_body {
+            let body = viewers::read_body(header.body, &hierarchy, None).map_err(malformed)?;
+            (Some(body.source), body.time_table)
+        } else {
+            (None, Vec::new())
+        };
+        if times.windows(2).any(|pair| pair[0] >= pair[1]) {
+            return Err(Fault::Malformed("time goes back".to_owned()));
+        }
+        Ok(Waves { path: path.to_owned(), hierarchy, source, times, vars, index, exponent })
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The variables, in the order of the file.
+    #[must_use]
+    pub fn vars(&self) -> &[WaveVar] {
+        &self.vars
+    }
+
+    /// The index of a variable by its full name.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.index.get(name).copied()
+    }
+
+    /// A tick as a power of ten of a second, if the file says.
+    #[must_use]
+    pub fn exponent(&self) -> Option<i32> {
+        self.exponent
+    }
+
+    /// How long a tick is, if the file says so in units that exist.
+    #[must_use]
+    pub fn timescale(&self) -> Option<Timescale> {
+        self.exponent.and_then(Timescale::from_exponent)
+    }
+
+    /// The last time of the file in ticks; 0 if there is none.
+    #[must_use]
+    pub fn end(&self) -> u64 {
+        self.times.last().copied().unwrap_or(0)
+    }
+
+    /// Loads the values of one variable, given by its index.
+    ///
+    /// # Errors
+    /// They are damaged.
+    ///
+    /// # Panics
+    /// If there is no such variable.
+    pub fn load(&mut self, var: usize) -> Result<Series<'_>, ReadError> {
+        let signal = self.signals(&[self.vars[var].signal])?.pop();
+        Ok(Series { times: &self.times, signal })
+    }
+
+    /// Loads signals, in the order in which they are asked for; each at most once. None for a file without values.
+    pub(super) fn signals(&mut self, signals: &[SignalRef]) -> Result<Vec<Signal>, ReadError> {
+        let Some(source) = &mut self.source else { return Ok(Vec::new()) };
+        let loaded = guarded(|| Ok(source.load_signals(signals, &self.hierarchy, false)));
+        let mut loaded = loaded.map_err(|fault| ReadError { path: self.path.clone(), fault })?;
+        let order: HashMap<_, _> = signals.iter().enumerate().map(|(i, signal)| (*signal, i)).collect();
+        loaded.sort_by_key(|signal| order.get(&signal.signal_ref()).copied());
+        Ok(loaded)
+    }
+
+    pub(super) fn times(&self) -> &[u64] {
+        &self.times
+    }
+}
+
+/// The values of one variable over time.
+pub struct Series<'a> {
+    times: &'a [u64],
+    signal: Option<Signal>,
+}
+
+impl Series<'_> {
+    /// Each change: the time in ticks and the value from then on, as text; bits the most significant first. The last
+    /// one counts where there are several at one time.
+    pub fn changes(&self) -> impl Iterator<Item = (u64, String)> + '_ {
+        self.signal.iter().flat_map(|signal| changes(signal, self.times).map(|(t, value)| (t, value.to_string())))
+    }
+}
+
+/// Each time at which a signal changes, with the value that it has when that time is over.
+pub(super) fn changes<'a>(
+    signal: &'a Signal,
+    times: &'a [u64],
+) -> impl Iterator<Item = (u64, SignalValueRef<'a>)> + 'a {
+    let mut all = signal.iter_changes().peekable();
+    std::iter::from_fn(move || {
+        let (mut at, mut value) = all.next()?;
+        while let Some((_, later)) = all.next_if(|(next, _)| *next == at) {
+            (at, value) = (at, later);
+        }
+        Some((times[at as usize], value))
+    })
+}
+
+/// The variables with their full names, which are made unique.
+fn variables(hierarchy: &Hierarchy) -> Result<(Vec<WaveVar>, HashMap<String, usize>), Fault> {
+    let mut vars = Vec::new();
+    let mut index = HashMap::new();
+    let mut again = HashMap::new();
+    // The items yet to come, the next one last, and at which length of the path they continue.
+    let mut open: Vec<(ItemRef, usize, usize)> = Vec::new();
+    let mut path = String::new();
+    let push = |open: &mut Vec<_>, items: &mut dyn Iterator<Item = ItemRef>, length, depth| {
+        let from = open.len();
+        open.extend(items.map(|item| (item, length, depth)));
+        open[from..].reverse();
+    };
+    push(&mut open, &mut hierarchy.items(), 0, 0);
+    while let Some((item, length, depth)) = open.pop() {
+        path.truncate(length);
+        match item {
+            ItemRef::Scope(scope) => {
+                if depth >= MAX_DEPTH {
+                    return Err(Fault::Malformed(format!("more than {MAX_DEPTH} scopes inside one another")));
+                }
+                let scope = &hierarchy[scope];
+                path.push_str(scope.name(hierarchy));
+                path.push('.');
+                push(&mut open, &mut scope.items(hierarchy), path.len(), depth + 1);
+            }
+            ItemRef::Var(var) => {
+                let var = &hierarchy[var];
+                let kind = match var.signal_encoding(hierarchy) {
+                    SignalEncoding::BitVector(0) => ValueKind::Event,
+                    SignalEncoding::BitVector(width) => ValueKind::Bits(width),
+                    SignalEncoding::Real => ValueKind::Real,
+                    SignalEncoding::String => ValueKind::Text,
+                };
+                let name = own_name(var, hierarchy, &path);
+                if let ValueKind::Bits(width) = kind
+                    && width > Layout::MAX_WIDTH
+                {
+                    let max = Layout::MAX_WIDTH;
+                    return Err(Fault::Malformed(format!("`{name}` is {width} bits wide; at most {max} are read")));
+                }
+                let name = unique(name, var, &mut index, &mut again, vars.len());
+                vars.push(WaveVar { name, kind, signal: var.signal_ref() });
+            }
+        }
+    }
+    Ok((vars, index))
+}
+
+/// The name with the index of a single bit: `q[3]` where a file has the bits of a vector one by one.
+fn own_name(var: &Var, hierarchy: &Hierarchy, path: &str) -> String {
+    let name = var.name(hierarchy);
+    match var.index() {
+        Some(index) if index.msb() == index.lsb() => format!("{path}{name}[{}]", index.msb()),
+        _ => format!("{path}{name}"),
+    }
+}
+
+/// Enters a name that is not there yet: parts of one vector get their range, what is still the same a number.
+fn unique(
+    name: String,
+    var: &Var,
+    index: &mut HashMap<String, usize>,
+    again: &mut HashMap<String, u64>,
+    at: usize,
+) -> String {
+    let range = var.index().map(|range| format!("{name}[{}:{}]", range.msb(), range.lsb()));
+    for candidate in [Some(name.clone()), range].into_iter().flatten() {
+        if let Entry::Vacant(free) = index.entry(candidate.clone()) {
+            free.insert(at);
+            return candidate;
+        }
+    }
+    loop {
+        let count = again.entry(name.clone()).or_insert(1);
+        *count += 1;
+        let candidate = format!("{name}#{count}");
+        if let Entry::Vacant(free) = index.entry(candidate.clone()) {
+            free.insert(at);
+            return candidate;
+        }
+    }
+}
+
+fn exponent(timescale: wellen::Timescale) -> Result<Option<i32>, Fault> {
+    let Some(unit) = timescale.unit.to_exponent() else { return Ok(None) };
+    match timescale.factor {
+        1 => Ok(Some(i32::from(unit))),
+        10 => Ok(Some(i32::from(unit) + 1)),
+        100 => Ok(Some(i32::from(unit) + 2)),
+        other => Err(Fault::Malformed(format!("its timescale is {other} of a unit; it can be 1, 10 or 100"))),
+    }
+}
+
+fn malformed(error: wellen::WellenError) -> Fault {
+    match error {
+        wellen::WellenError::FailedToLoad(_, text) => Fault::Malformed(text.trim_start_matches("[vcd] ").to_owned()),
+        wellen::WellenError::UnknownFileFormat => Fault::Unknown,
+        wellen::WellenError::Io(error) => Fault::Io(error),
+    }
+}
+
+/// Takes a panic of the reader for what it is: a file that it cannot make sense of.
+fn guarded<T>(read: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
+    thread_local!(static GUARDED: std::cell::Cell<bool> = const { std::cell::Cell::new(false) });
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let others = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            if !GUARDED.get() {
+                others(info);
+            }
+        }));
+    });
+    let before = GUARDED.replace(true);
+    let result = panic::catch_unwind(AssertUnwindSafe(read));
+    GUARDED.set(before);
+    result.unwrap_or_else(|payload| {
+        let text = payload.downcast_ref::<String>().map(String::as_str);
+        let text = text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no further detail");
+        Err(Fault::Malformed(format!("the reader gave up ({})", text.lines().next().unwrap_or_default())))
+    })
+}
+
+/// A waveform that could not be read.
+#[derive(Debug)]
+pub struct ReadError {
+    path: PathBuf,
+    fault: Fault,
+}
+
+#[derive(Debug)]
+pub(super) enum Fault {
+    Io(io::Error),
+    NotAFile,
+    Empty,
+    Unknown,
+    Cut(String),
+    Malformed(String),
+}
+
+impl ReadError {
+    pub(super) fn malformed(path: &Path, text: String) -> ReadError {
+        ReadError { path: path.to_owned(), fault: Fault::Malformed(text) }
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What one can do about it.
+    #[must_use]
+    pub fn hint(&self) -> Option<&'static str> {
+        match &self.fault {
+            Fault::Io(error) if error.kind() == io::ErrorKind::NotFound => Some("check the spelling of the path"),
+            Fault::Io(_) => None,
+            Fault::NotAFile => Some("name a file; copy what comes from a pipe into one first"),
+            Fault::Empty | Fault::Cut(_) => Some("what wrote it was probably interrupted: make it again"),
+            Fault::Unknown => Some("waveforms in VCD, FST and GHW can be read"),
+            Fault::Malformed(_) => Some("make it again, or see whether a viewer can read it"),
+        }
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Fault::Io(error) => f.write_str(&super::output::reason(error)),
+            Fault::NotAFile => f.write_str("it is not a regular file"),
+            Fault::Empty => f.write_str("it is empty"),
+            Fault::Unknown => f.write_str("it is not a waveform"),
+            Fault::Cut(text) => write!(f, "it is cut off: {text}"),
+            Fault::Malformed(text) => write!(f, "it is damaged: {text}"),
+        }
+    }
+}
+
+impl fmt::Display for ReadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "cannot read the waveform `{}`: {}", self.path.display(), self.fault)
+    }
+}
+
+impl std::error::Error for ReadError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match &self.fault {
+            Fault::Io(error) => Some(error),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "read_tests.rs"]
+mod tests;
