@@ -4,6 +4,7 @@
 //! reads it and nothing upstream of it: it knows neither files nor engines.
 
 mod builder;
+mod constant;
 mod id;
 mod order;
 
@@ -11,6 +12,7 @@ use crate::cell::CellKind;
 pub use crate::scenario::Timescale;
 
 pub use builder::{Builder, Bus, Fault};
+pub use constant::Constants;
 pub use id::{CellId, NetId, ScopeId, SignalId};
 pub use order::{Loop, Order};
 
