@@ -47,7 +47,7 @@ pub fn run(args: &CheckArgs, out: &mut Out) -> Result<Status, CliError> {
 }
 
 fn check(loader: &mut Loader, path: &Path, args: &CheckArgs) {
-    let changes = Changes { parameters: &args.elaboration.parameter, ..Changes::default() };
+    let changes = Changes { parameters: &args.elaboration.parameter, checking: true, ..Changes::default() };
     if is_scenario(loader, path) {
         prepare(loader, path, &changes);
         return;

@@ -120,8 +120,8 @@ fn one(path: &Path, args: &TestArgs) -> Result<Verdict, CliError> {
     let mut waveform = Vec::new();
     let mut sink = VcdWriter::new(&mut waveform);
     let outcome = match simulate(
-        &prepared.circuit.netlist,
-        &prepared.scenario,
+        &prepared,
+        &loader,
         &args.engine,
         Some(&mut sink as &mut dyn Sink),
         &path.display().to_string(),
