@@ -437,7 +437,7 @@ impl<'e> Elaboration<'e> {
                 Diagnostic::new(Code::UnknownType, format!("there is no element or module `{}` here", cell.kind.value));
             let fault = fault.at(cell.kind.span, "unknown type");
             self.diagnostics.push(if library.misses(here.module.file) {
-                fault.note("it may be in a file that could not be imported")
+                fault.did_you_mean(&cell.kind, names).note("it may be in a file that could not be imported")
             } else {
                 let fault = fault.did_you_mean(&cell.kind, names);
                 match fault.helps.is_empty() {
@@ -626,19 +626,11 @@ impl<'e> Elaboration<'e> {
                 ),
             );
             let fault = fault.at(signal.span(), format!("{found} bit{}", s(found)));
-            let mut fault = why(self.reader(here, values).where_from(signal, fault));
-            let name = if let Signal::Name { name, .. } = signal { &name.value } else { "…" };
-            if found > expected {
-                let part = if expected == 1 { "0".to_owned() } else { format!("{}:0", expected - 1) };
-                fault = fault.help(format!("take part of it, as in \"{name}[{part}]\""));
-            } else if !output {
-                let (more, top) = (expected - found, found - 1);
-                let sign = if found == 1 { name.to_owned() } else { format!("{name}[{top}]") };
-                fault = fault.help(format!(
-                    "extend it: [\"{more}'d0\", \"{name}\"] with zeros, [\"{more}{{{sign}}}\", \"{name}\"] with its sign"
-                ));
-            }
-            self.diagnostics.push(fault);
+            let fault = self.reader(here, values).where_from(signal, fault);
+            self.diagnostics.push(why(match as_wide(signal, found, expected, output) {
+                Some(help) => fault.help(help),
+                None => fault,
+            }));
             self.mute(here, signal);
             return None;
         }
@@ -695,6 +687,25 @@ impl<'e> Elaboration<'e> {
         }
         let scope = self.builder.scope(here.scope, name);
         self.work.push(Instance { module, scope, values: inner, ports: bound, depth: here.depth + 1 });
+    }
+}
+
+/// How a signal can be made as wide as a port.
+fn as_wide(signal: &Signal, found: u32, expected: u32, output: bool) -> Option<String> {
+    let (more, top) = (expected.saturating_sub(found), found - 1);
+    match signal {
+        Signal::Name { name, .. } if found > expected => {
+            let part = if expected == 1 { "0".to_owned() } else { format!("{}:0", expected - 1) };
+            Some(format!("take part of it, as in \"{name}[{part}]\""))
+        }
+        Signal::Name { name, .. } if !output => {
+            let sign = if found == 1 { name.to_string() } else { format!("{name}[{top}]") };
+            Some(format!("extend it: [\"{more}'d0\", \"{name}\"] with zeros, [\"{more}{{{sign}}}\", \"{name}\"] with its sign"))
+        }
+        Signal::Concat { .. } if found < expected && !output => {
+            Some(format!("extend it by zeros at the front: [\"{more}'d0\", …]"))
+        }
+        _ => None,
     }
 }
 

@@ -55,6 +55,12 @@ impl Library {
             let base = PathBuf::from(sources.name(self.files[next].source));
             let base = base.parent().unwrap_or(Path::new("")).to_path_buf();
             for import in self.files[next].circuit.import.clone() {
+                if import.value.trim().is_empty() {
+                    self.files[next].misses = true;
+                    let fault = Diagnostic::new(Code::CannotRead, "an import names no file").at(import.span, "");
+                    diagnostics.push(fault.help("write the path of a circuit file, relative to this one"));
+                    continue;
+                }
                 let path = normal(&base.join(&*import.value));
                 match self.read(&path, limits, sources, diagnostics) {
                     Ok(Some(file)) => self.files[next].imports.push((file, import.span)),

@@ -42,7 +42,7 @@ limits! {
     width "width" 65_536, "Bits of one net.";
     repeat "repeat" 1 << 20, "Copies made by one `repeat`.";
     depth "depth" 256, "Modules and blocks inside one another.";
-    cells "cells" 1 << 24, "Cells, nets and copies of the whole circuit.";
+    cells "cells" 1 << 22, "Cells, nets and copies of the whole circuit.";
     bits "bits" 1 << 26, "Bits of all nets and connections together.";
 }
 

@@ -218,12 +218,11 @@ impl Loader {
             self.netlist(module, &[]);
         }
         // those of which every cell is faulty
-        let reached = done.into_iter().filter(|m| m.file == file.0);
-        let mut missed: Vec<ModuleId> = reached.filter(|m| !self.filled.contains(m)).collect();
-        missed.sort_by_key(|m| m.index);
         if self.diagnostics.has_errors() {
-            for module in missed {
-                self.netlist(module, &[]);
+            for module in self.library.modules(file.0) {
+                if !self.filled.contains(&module) {
+                    self.netlist(module, &[]);
+                }
             }
         }
     }

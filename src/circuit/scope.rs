@@ -127,6 +127,7 @@ impl Reader<'_> {
                 }
                 let mut all = Vec::new();
                 let mut faulty = false;
+                let mut total = 0;
                 for part in parts {
                     if let Signal::Number { value, span } = part {
                         self.diagnostics.push(
@@ -138,16 +139,19 @@ impl Reader<'_> {
                         continue;
                     }
                     match self.bus(part, None) {
-                        Ok(bus) => all.push(bus),
+                        Ok(bus) => {
+                            total += u64::from(bus.width());
+                            all.push(bus);
+                        }
                         Err(Faulty) => faulty = true,
                     }
+                    // before more memory is taken
+                    if total > self.most_bits {
+                        return fail(self.too_wide("a concatenation", total, part.span()));
+                    }
                 }
-                let total: u64 = all.iter().map(|bus| u64::from(bus.width())).sum();
                 if faulty {
                     return Err(None);
-                }
-                if total > self.most_bits {
-                    return fail(self.too_wide("a concatenation", total, *span));
                 }
                 Ok(Bus::concat(all.iter().rev()))
             }
@@ -170,8 +174,8 @@ impl Reader<'_> {
 
     /// A signal that is wider than is allowed.
     fn too_wide(&self, what: &str, bits: u64, place: Span) -> Diagnostic {
-        Diagnostic::new(Code::TooLarge, format!("{what} has {bits} bits, the limit is {}", self.most_bits))
-            .at(place, "too wide")
+        Diagnostic::new(Code::TooLarge, format!("{what} comes to {bits} bits, the limit is {}", self.most_bits))
+            .at(place, format!("{bits} bits up to here"))
             .help("if it is meant to be, raise the limit by `--limit width=BITS`")
     }
 
@@ -279,14 +283,14 @@ impl Reader<'_> {
                         ),
                     )
                     .at(part.span(), format!("{} bit{}", bus.width(), s(bus.width())));
-                    let mut fault = why(self.where_from(part, fault));
+                    let mut fault = self.where_from(part, fault);
                     if parts.len() == 1 && width == 1 {
                         fault = fault.help("without the array, every bit of the signal is one input");
                     } else if bus.width() == 1 {
                         let name = if let Signal::Name { name, .. } = part { &name.value } else { "…" };
                         fault = fault.help(format!("\"{width}{{{name}}}\" repeats a bit"));
                     }
-                    self.diagnostics.push(fault);
+                    self.diagnostics.push(why(fault));
                 }
                 Err(Faulty) => faulty = true,
             }

@@ -71,7 +71,8 @@ fn scan(text: &str, file: FileId) -> Result<Scan, Diagnostic> {
                         Code::TooLarge,
                         format!("the JSON is nested more than {MAX_NESTING} deep"),
                     )
-                    .at(place(at), "one too deep"));
+                    .at(place(at), "one too deep")
+                    .help("no circuit needs that: is a bracket missing before?"));
                 }
                 open.push(at);
             }

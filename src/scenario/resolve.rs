@@ -136,7 +136,7 @@ impl Scenario {
             scenario.until = r.until(until);
         }
         let limit = simulation.limit.as_ref().and_then(Recover::as_ref);
-        scenario.limit = r.limit(limit, scenario.clocks.first().map(|c| c.clock));
+        scenario.limit = r.limit(limit, scenario.clocks.first().map(|c| c.clock), !simulation.clocks.is_empty());
         scenario.limit_fails = scenario.until.is_some();
         scenario.trace = r.trace(simulation.trace.as_deref());
         for expect in simulation.expect.iter().flatten().filter_map(Recover::as_ref) {
@@ -206,7 +206,7 @@ impl Resolver<'_> {
         if period < 2 {
             self.diagnostics.push(
                 fault(
-                    format!("the clock `{}` has a period of {period} ticks; it needs two or more", name.value),
+                    format!("the clock `{}` has a period of {period} tick{}; it needs two or more", name.value, if period == 1 { "" } else { "s" }),
                     clock.period.span(),
                 )
                 .help("choose a finer `timescale`"),
@@ -288,8 +288,8 @@ impl Resolver<'_> {
         Some((signal, value))
     }
 
-    /// The last tick.
-    fn limit(&mut self, limit: Option<&Limit>, clock: Option<crate::cell::Clock>) -> u64 {
+    /// The last tick. `clock` is the first clock, if it has no fault; `clocked` whether the scenario has one.
+    fn limit(&mut self, limit: Option<&Limit>, clock: Option<crate::cell::Clock>, clocked: bool) -> u64 {
         let own = self.netlist.cells().iter().find_map(|c| match c.kind {
             CellKind::Clock(clock) => Some(clock),
             _ => None,
@@ -315,6 +315,8 @@ impl Resolver<'_> {
                 (Err(_), _) => self.diagnostics.push(
                     Diagnostic::new(Code::BadScenario, format!("a run cannot take {n} cycles")).at(cycles.span(), ""),
                 ),
+                // its fault is told
+                (_, None) if clocked => {}
                 (_, None) => self.diagnostics.push(
                     Diagnostic::new(Code::BadScenario, "there is no clock whose cycles could be counted")
                         .at(cycles.span(), "")
@@ -410,7 +412,7 @@ impl Resolver<'_> {
                         );
                         let fault = fault.at(self.circuit.place(input), "an input that the scenario leaves alone");
                         self.diagnostics
-                            .push(fault.help(format!("add it to `clocks`: \"{name}\": {{ \"period\": 20 }}")));
+                            .push(fault.help(format!("add it to the scenario: \"simulation\": {{ \"clocks\": {{ \"{name}\": {{ \"period\": 20 }} }} }}")));
                         break;
                     }
                     _ => break,
