@@ -87,7 +87,7 @@ fn damaged_files() {
         ("value too wide", body("#0\nb10101 \"\n"), "10101 for signal of size 4"),
         ("value of no kind", body("#0\nb10k1 \"\n"), ""),
         ("garbage", body("#0\nhello !\n"), ""),
-        ("time is no number", body("#zero\n"), "failed to parse an integer"),
+        ("time is no number", body("#zero\n"), "it is damaged: line 2: `#zero` is no time"),
         ("too many scopes closed", b"$upscope $end $upscope $end $enddefinitions $end\n#0\n".to_vec(), ""),
         ("no width", b"$scope module a $end $var wire w ! a $end $enddefinitions $end\n#0\n".to_vec(), "length"),
         (
