@@ -64,7 +64,12 @@ fn follow(path: &Path) -> usize {
     let mut compared = 0;
     let mut steps = (0, 0);
     for (i, (time, now)) in instants.iter().enumerate() {
-        let get = |name: &str| now.get(name).copied().flatten().unwrap_or_else(|| panic!("{}: {name} is unknown at {time}: {now:?}", path.display()));
+        let get = |name: &str| {
+            now.get(name)
+                .copied()
+                .flatten()
+                .unwrap_or_else(|| panic!("{}: {name} is unknown at {time}: {now:?}", path.display()))
+        };
         let before = |name: &str| i.checked_sub(1).and_then(|i| instants[i].1[name]);
         let state = |a: &EfLine| {
             let s = a.state();
