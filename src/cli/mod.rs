@@ -13,6 +13,7 @@ pub mod interpolate;
 pub mod interrupt;
 pub mod man;
 pub mod output;
+mod prepare;
 pub mod progress;
 pub mod run;
 pub mod schema;

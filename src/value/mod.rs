@@ -111,11 +111,12 @@ impl Value {
     /// If there are fewer words than the width needs.
     #[must_use]
     pub fn from_words(words: &[Word], width: u32) -> Value {
+        assert!(words.len() >= word::words(width), "{width} bits need {} words", word::words(width));
         let mut value = Value::repeat(Logic::Zero, width);
-        for i in 0..word::words(width) {
+        for (i, w) in words.iter().enumerate().take(word::words(width)) {
             let m = word::word_mask(width, i);
-            value.v.as_raw_mut_slice()[i] = words[i].v & m;
-            value.u.as_raw_mut_slice()[i] = words[i].u & m;
+            value.v.as_raw_mut_slice()[i] = w.v & m;
+            value.u.as_raw_mut_slice()[i] = w.u & m;
         }
         value
     }

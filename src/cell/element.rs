@@ -1,0 +1,206 @@
+//! How an element appears in a circuit file: its name, ports, parameters and documentation. The reference page
+//! `docs/elements.md` is made from these descriptions.
+
+use super::CellKind;
+use crate::Value;
+
+/// An element that a circuit file can name as the `type` of a cell.
+#[derive(Debug)]
+pub struct Element {
+    /// The `type`.
+    pub name: &'static str,
+    /// A few words.
+    pub summary: &'static str,
+    /// The ports as the file names them.
+    pub ports: &'static [Port],
+    /// The parameters.
+    pub parameters: &'static [Parameter],
+    /// The truth table or formula, in Markdown.
+    pub meaning: &'static str,
+    /// Where the meaning comes from: a document, an IEEE clause, a Yosys cell.
+    pub source: &'static str,
+    /// A cell as a circuit file writes it; `NAME` stands for the element's name.
+    pub example: &'static str,
+    /// Makes the cell from its arguments, or says what is wrong with them.
+    pub build: fn(&Arguments) -> Result<CellKind, String>,
+}
+
+/// A port of an element.
+#[derive(Debug, Clone, Copy)]
+pub struct Port {
+    /// The name in the file.
+    pub name: &'static str,
+    /// The pin of the cell that it is; most have the same name.
+    pub pin: &'static str,
+    /// Whether the cell drives it.
+    pub output: bool,
+    /// Whether it must be connected.
+    pub required: bool,
+    /// Whether it takes an array with one member for each input.
+    pub several: bool,
+    /// What it is for.
+    pub doc: &'static str,
+}
+
+impl Port {
+    /// An input that must be connected.
+    #[must_use]
+    pub const fn input(name: &'static str, doc: &'static str) -> Port {
+        Port { name, pin: name, output: false, required: true, several: false, doc }
+    }
+
+    /// An input that has a default.
+    #[must_use]
+    pub const fn optional(name: &'static str, doc: &'static str) -> Port {
+        Port { required: false, ..Port::input(name, doc) }
+    }
+
+    /// A port that takes several inputs.
+    #[must_use]
+    pub const fn several(name: &'static str, doc: &'static str) -> Port {
+        Port { several: true, ..Port::input(name, doc) }
+    }
+
+    /// An output; it may be left open.
+    #[must_use]
+    pub const fn output(name: &'static str, doc: &'static str) -> Port {
+        Port { output: true, required: false, ..Port::input(name, doc) }
+    }
+
+    /// The same port for a pin of another name.
+    #[must_use]
+    pub const fn of_pin(self, pin: &'static str) -> Port {
+        Port { pin, ..self }
+    }
+}
+
+/// What a parameter takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// An integer expression within bounds.
+    Integer {
+        /// The least.
+        min: i64,
+        /// The greatest.
+        max: i64,
+    },
+    /// One of some words.
+    Word(&'static [&'static str]),
+    /// A value of `width` bits: a number or a literal; `all-ones` and `x` too.
+    Value,
+    /// A positive quantity with an SI prefix, such as `10k` or `100p`.
+    Quantity,
+}
+
+impl Kind {
+    /// A width in bits.
+    pub const WIDTH: Kind = Kind::Integer { min: 1, max: 1 << 20 };
+    /// 0 or 1.
+    pub const FLAG: Kind = Kind::Integer { min: 0, max: 1 };
+}
+
+/// A parameter of an element.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    /// The name.
+    pub name: &'static str,
+    /// What it takes.
+    pub kind: Kind,
+    /// The text that stands for it when it is not given; without one it must be given.
+    pub default: Option<&'static str>,
+    /// What it is, with the unit.
+    pub doc: &'static str,
+}
+
+/// One argument, read as its parameter's kind says.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Argument {
+    /// Of [`Kind::Integer`].
+    Integer(i64),
+    /// Of [`Kind::Word`].
+    Word(String),
+    /// Of [`Kind::Value`].
+    Value(Value),
+    /// Of [`Kind::Quantity`], in the unit of the parameter.
+    Quantity(f64),
+}
+
+/// The arguments of one cell: every parameter of its element has a value.
+#[derive(Debug, Clone)]
+pub struct Arguments {
+    /// Name and value, checked against the parameter's kind.
+    pub values: Vec<(&'static str, Argument)>,
+    /// How many inputs the port that takes several has (0 if there is none).
+    pub inputs: u32,
+    /// Seconds in a tick.
+    pub tick: f64,
+}
+
+impl Arguments {
+    fn get(&self, name: &str) -> &Argument {
+        let found = self.values.iter().find(|(n, _)| *n == name);
+        &found.expect("an element asks only for its own parameters").1
+    }
+
+    /// An integer.
+    pub(super) fn integer(&self, name: &str) -> i64 {
+        match self.get(name) {
+            Argument::Integer(n) => *n,
+            other => unreachable!("{name} is {other:?}"),
+        }
+    }
+
+    /// A width in bits.
+    pub(super) fn width(&self, name: &str) -> u32 {
+        self.integer(name) as u32
+    }
+
+    /// A 0 or 1.
+    pub(super) fn flag(&self, name: &str) -> bool {
+        self.integer(name) != 0
+    }
+
+    /// A word.
+    pub(super) fn word(&self, name: &str) -> &str {
+        match self.get(name) {
+            Argument::Word(w) => w,
+            other => unreachable!("{name} is {other:?}"),
+        }
+    }
+
+    /// A value.
+    pub(super) fn value(&self, name: &str) -> Value {
+        match self.get(name) {
+            Argument::Value(v) => v.clone(),
+            other => unreachable!("{name} is {other:?}"),
+        }
+    }
+
+    /// A quantity.
+    pub(super) fn quantity(&self, name: &str) -> f64 {
+        match self.get(name) {
+            Argument::Quantity(q) => *q,
+            other => unreachable!("{name} is {other:?}"),
+        }
+    }
+}
+
+/// Every element, family by family.
+pub fn elements() -> impl Iterator<Item = &'static Element> {
+    [
+        super::gate::ELEMENTS,
+        super::arith::ELEMENTS,
+        super::select::ELEMENTS,
+        super::storage::ELEMENTS,
+        super::counter::ELEMENTS,
+        super::time::ELEMENTS,
+    ]
+    .into_iter()
+    .flatten()
+}
+
+/// The element of a name.
+#[must_use]
+pub fn element(name: &str) -> Option<&'static Element> {
+    elements().find(|e| e.name == name)
+}

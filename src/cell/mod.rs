@@ -1,0 +1,435 @@
+//! What each element does: its meaning, its pins and its documentation, one file a family.
+//!
+//! The functions here are the only definition of a cell's behaviour; engines call them (or are tested against them),
+//! circuit files name the [elements](element::Element). This room does not know who calls it: no netlist, no time
+//! queue, no files.
+
+pub mod arith;
+pub mod counter;
+pub mod element;
+pub mod gate;
+pub mod select;
+pub mod storage;
+pub mod time;
+
+use crate::Value;
+use crate::value::Word;
+use crate::value::word::{extract, words};
+
+pub use arith::AddOp;
+pub use counter::{Accumulator, Counter};
+pub use element::{Argument, Arguments, Element, element, elements};
+pub use gate::GateOp;
+pub use select::CompareOp;
+pub use storage::{Edge, Flop};
+pub use time::{Clock, Rc};
+
+/// A primitive cell: what it does and how wide it is.
+///
+/// Pins are numbered; [`inputs`](CellKind::inputs) and [`outputs`](CellKind::outputs) name them in order. Where a pin
+/// takes several inputs they are one vector, the first input in the low bits.
+#[derive(Clone, PartialEq, Debug)]
+pub enum CellKind {
+    /// A gate of any width and fan-in.
+    Gate {
+        /// What it does.
+        op: GateOp,
+        /// Bits of each input and of the output.
+        width: u32,
+        /// Fan-in.
+        inputs: u32,
+    },
+    /// AND-OR multiplexer.
+    AndOr {
+        /// Bits of each input.
+        width: u32,
+        /// Number of inputs.
+        inputs: u32,
+    },
+    /// Multiplexer with a binary select.
+    Mux {
+        /// Bits of each input.
+        width: u32,
+        /// Number of inputs.
+        inputs: u32,
+    },
+    /// Half adder.
+    HalfAdder,
+    /// Full adder.
+    FullAdder,
+    /// Adder, subtractor or both.
+    Adder {
+        /// Which way it counts.
+        op: AddOp,
+        /// Bits of the operands and of the result.
+        width: u32,
+    },
+    /// Multiplier.
+    Multiply {
+        /// Bits of `a`.
+        a_width: u32,
+        /// Bits of `b`.
+        b_width: u32,
+        /// Two's complement.
+        signed: bool,
+    },
+    /// Comparator.
+    Compare {
+        /// Which comparison.
+        op: CompareOp,
+        /// Bits of the operands.
+        width: u32,
+        /// Two's complement.
+        signed: bool,
+    },
+    /// Zero detector.
+    IsZero {
+        /// Bits of the operand.
+        width: u32,
+    },
+    /// Tri-state buffer.
+    Tristate {
+        /// Bits.
+        width: u32,
+    },
+    /// The resolution of several tri-state drivers of one bus; the netlist builder adds it.
+    Resolve {
+        /// Bits of the bus.
+        width: u32,
+        /// Number of drivers.
+        inputs: u32,
+    },
+    /// A constant.
+    Constant(Box<Value>),
+    /// SR flip-flop.
+    Sr {
+        /// Set wins over reset.
+        set_dominates: bool,
+        /// The state before anything has set it.
+        init: Value,
+    },
+    /// Transparent latch.
+    Latch(Box<Flop>),
+    /// D flip-flop or register.
+    Flop(Box<Flop>),
+    /// Counter.
+    Counter(Box<Counter>),
+    /// Accumulator.
+    Accumulator(Box<Accumulator>),
+    /// Free-running clock.
+    Clock(Clock),
+    /// Transport delay.
+    Delay {
+        /// Bits.
+        width: u32,
+        /// Ticks.
+        ticks: u64,
+    },
+    /// RC node with a threshold.
+    RcDelay(Rc),
+}
+
+/// What an input pin is to its cell.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Role {
+    /// Its change can change an output at once.
+    Data,
+    /// Read only at a clock edge.
+    Sampled,
+    /// The clock.
+    Clock,
+    /// A control that acts at once: set, reset, asynchronous load, enable of a latch.
+    Level,
+    /// A control that is read at the clock edge.
+    Enable,
+    /// The input of a delay: its change changes an output later.
+    Delayed,
+}
+
+/// An input pin.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Pin {
+    /// The name.
+    pub name: &'static str,
+    /// What it is to its cell.
+    pub role: Role,
+    /// What it reads when it is not connected, in every bit.
+    pub default: bool,
+}
+
+const fn pin(name: &'static str, role: Role) -> Pin {
+    Pin { name, role, default: false }
+}
+
+const fn high(name: &'static str, role: Role) -> Pin {
+    Pin { name, role, default: true }
+}
+
+use Role::{Data, Delayed, Enable, Level, Sampled};
+const CLK: Pin = pin("clk", Role::Clock);
+const UNARY: &[Pin] = &[pin("a", Data)];
+const BINARY: &[Pin] = &[pin("a", Data), pin("b", Data)];
+const SEVERAL: &[Pin] = &[pin("in", Data)];
+const AND_OR: &[Pin] = &[pin("in", Data), pin("sel", Data)];
+const MUX: &[Pin] = &[pin("in", Data), pin("s", Data)];
+const TRISTATE: &[Pin] = &[pin("a", Data), pin("en", Data)];
+const SR: &[Pin] = &[pin("s", Level), pin("r", Level)];
+const DELAY: &[Pin] = &[pin("a", Delayed)];
+const ADD: &[Pin] = &[pin("a", Data), pin("b", Data), pin("ci", Data)];
+const SUB: &[Pin] = &[pin("a", Data), pin("b", Data), pin("bi", Data)];
+const ADD_SUB: &[Pin] = &[pin("a", Data), pin("b", Data), pin("ci", Data), pin("sub", Data)];
+/// The order of a flip-flop's pins is that of `storage::Controls` after clock and data.
+const FLOP: &[Pin] = &[
+    CLK,
+    pin("d", Data),
+    pin("aload", Level),
+    pin("set", Level),
+    pin("reset", Level),
+    high("en", Enable),
+    pin("sync_set", Enable),
+    pin("sync_reset", Enable),
+];
+const LATCH: &[Pin] = &[pin("en", Level), pin("d", Data), pin("set", Level), pin("reset", Level)];
+const COUNTER: &[Pin] = &[
+    CLK,
+    pin("d", Data),
+    pin("aload", Level),
+    pin("reset", Level),
+    high("en", Enable),
+    pin("down", Sampled),
+    pin("load", Enable),
+];
+const ACCUMULATOR: &[Pin] = &[CLK, pin("d", Data), pin("ci", Data), pin("reset", Level), high("en", Enable)];
+
+impl CellKind {
+    /// The input pins in order.
+    #[must_use]
+    pub fn inputs(&self) -> &'static [Pin] {
+        match self {
+            CellKind::Gate { op: GateOp::Buf | GateOp::Not, .. } | CellKind::IsZero { .. } => UNARY,
+            CellKind::Gate { .. } | CellKind::Resolve { .. } => SEVERAL,
+            CellKind::AndOr { .. } => AND_OR,
+            CellKind::Mux { .. } => MUX,
+            CellKind::FullAdder | CellKind::Adder { op: AddOp::Add, .. } => ADD,
+            CellKind::Adder { op: AddOp::Sub, .. } => SUB,
+            CellKind::Adder { op: AddOp::AddSub, .. } => ADD_SUB,
+            CellKind::HalfAdder | CellKind::Multiply { .. } | CellKind::Compare { .. } => BINARY,
+            CellKind::Tristate { .. } => TRISTATE,
+            CellKind::Constant(_) | CellKind::Clock(_) => &[],
+            CellKind::Sr { .. } => SR,
+            CellKind::Latch(_) => LATCH,
+            CellKind::Flop(_) => FLOP,
+            CellKind::Counter(_) => COUNTER,
+            CellKind::Accumulator(_) => ACCUMULATOR,
+            CellKind::Delay { .. } | CellKind::RcDelay(_) => DELAY,
+        }
+    }
+
+    /// The names of the output pins in order. The first is the state of a storage cell.
+    #[must_use]
+    pub fn outputs(&self) -> &'static [&'static str] {
+        match self {
+            CellKind::HalfAdder | CellKind::FullAdder => &["s", "co"],
+            CellKind::Adder { op: AddOp::Sub, .. } => &["y", "bo"],
+            CellKind::Adder { .. } => &["y", "co"],
+            CellKind::Sr { .. } | CellKind::Latch(_) | CellKind::Flop(_) => &["q", "qn"],
+            CellKind::Counter(_) => &["q", "zero"],
+            CellKind::Accumulator(_) => &["q", "co"],
+            _ => &["y"],
+        }
+    }
+
+    /// Whether a change of input pin `index` can change an output at once, where `connected` tells which pins are.
+    #[must_use]
+    pub fn acts_at_once(&self, index: usize, connected: impl Fn(usize) -> bool) -> bool {
+        match (self, index) {
+            // `d` of a flip-flop or counter passes at once only through an asynchronous load
+            (CellKind::Flop(_) | CellKind::Counter(_), 1) => connected(2),
+            _ => matches!(self.inputs()[index].role, Role::Data | Role::Level),
+        }
+    }
+
+    /// The width in bits of input pin `index`.
+    #[must_use]
+    pub fn input_width(&self, index: usize) -> u32 {
+        match (self, index) {
+            (CellKind::Gate { width, inputs, .. } | CellKind::Resolve { width, inputs }, _) => width * inputs,
+            (CellKind::AndOr { width, inputs } | CellKind::Mux { width, inputs }, 0) => width * inputs,
+            (CellKind::AndOr { inputs, .. }, _) => *inputs,
+            (CellKind::Mux { inputs, .. }, _) => select::select_width(*inputs),
+            (CellKind::Adder { width, .. }, 0 | 1) => *width,
+            (CellKind::Multiply { a_width, .. }, 0) => *a_width,
+            (CellKind::Multiply { b_width, .. }, _) => *b_width,
+            (CellKind::Compare { width, .. } | CellKind::IsZero { width } | CellKind::Delay { width, .. }, _) => *width,
+            (CellKind::Tristate { width }, 0) => *width,
+            (CellKind::Latch(f) | CellKind::Flop(f), 1) => f.init.width(),
+            (CellKind::Counter(c), 1) => c.init.width(),
+            (CellKind::Accumulator(a), 1) => a.init.width(),
+            _ => 1,
+        }
+    }
+
+    /// The width in bits of output pin `index`.
+    #[must_use]
+    pub fn output_width(&self, index: usize) -> u32 {
+        match (self, index) {
+            (
+                CellKind::Gate { width, .. }
+                | CellKind::AndOr { width, .. }
+                | CellKind::Mux { width, .. }
+                | CellKind::Tristate { width }
+                | CellKind::Resolve { width, .. }
+                | CellKind::Delay { width, .. }
+                | CellKind::Adder { width, .. },
+                0,
+            ) => *width,
+            (CellKind::Multiply { a_width, b_width, .. }, _) => a_width + b_width,
+            (CellKind::Constant(v), _) => v.width(),
+            (CellKind::Latch(f) | CellKind::Flop(f), _) => f.init.width(),
+            (CellKind::Counter(c), 0) => c.init.width(),
+            (CellKind::Accumulator(a), 0) => a.init.width(),
+            _ => 1,
+        }
+    }
+
+    /// The clock edge, for a cell that has one.
+    #[must_use]
+    pub fn edge(&self) -> Option<Edge> {
+        match self {
+            CellKind::Flop(f) => Some(f.edge),
+            CellKind::Counter(c) => Some(c.edge),
+            CellKind::Accumulator(a) => Some(a.edge),
+            _ => None,
+        }
+    }
+
+    /// The state before anything has set it, for a cell that holds one.
+    #[must_use]
+    pub fn init(&self) -> Option<&Value> {
+        match self {
+            CellKind::Sr { init, .. } => Some(init),
+            CellKind::Latch(f) | CellKind::Flop(f) => Some(&f.init),
+            CellKind::Counter(c) => Some(&c.init),
+            CellKind::Accumulator(a) => Some(&a.init),
+            _ => None,
+        }
+    }
+}
+
+/// Word `i` of the `width` bits of `from` that begin at bit `lo`.
+#[inline(always)]
+fn word_of(from: &[Word], lo: u32, width: u32, i: usize) -> Word {
+    let mut w = [Word::ZERO];
+    let start = lo + i as u32 * 64;
+    extract(&mut w, from, start, (width - i as u32 * 64).min(64));
+    w[0]
+}
+
+/// What a cell does without a clock edge. `ins` and `outs` are its pins in order, all present, each of its full width;
+/// `outs` hold the present values on entry, of which only storage cells make use.
+///
+/// Clocks and delays act by time and are not evaluated: their outputs stay.
+pub fn evaluate(kind: &CellKind, ins: &[&[Word]], outs: &mut [&mut [Word]]) {
+    match kind {
+        CellKind::Gate { op, width, inputs } => gate::gate(*op, *width, *inputs, ins[0], outs[0]),
+        CellKind::AndOr { width, inputs } => gate::and_or(*width, *inputs, ins[0], ins[1], outs[0]),
+        CellKind::Mux { width, inputs } => select::mux(*width, *inputs, ins[0], ins[1][0], outs[0]),
+        CellKind::HalfAdder => (outs[0][0], outs[1][0]) = arith::half_adder(ins[0][0], ins[1][0]),
+        CellKind::FullAdder => (outs[0][0], outs[1][0]) = arith::full_adder(ins[0][0], ins[1][0], ins[2][0]),
+        CellKind::Adder { op, width } => {
+            let sub = match op {
+                AddOp::Add => Word::ZERO,
+                AddOp::Sub => Word::known(1),
+                AddOp::AddSub => ins[3][0],
+            };
+            outs[1][0] = arith::add(*width, ins[0], ins[1], ins[2][0], sub, outs[0]);
+        }
+        CellKind::Multiply { a_width, b_width, signed } => {
+            arith::multiply(*a_width, *b_width, *signed, ins[0], ins[1], outs[0])
+        }
+        CellKind::Compare { op, width, signed } => outs[0][0] = select::compare(*op, *width, *signed, ins[0], ins[1]),
+        CellKind::IsZero { width } => outs[0][0] = gate::is_zero(*width, ins[0]),
+        CellKind::Tristate { width } => select::tristate(*width, ins[0], ins[1][0], outs[0]),
+        CellKind::Resolve { width, inputs } => select::resolve(*width, *inputs, ins[0], outs[0]),
+        CellKind::Sr { set_dominates, .. } => {
+            outs[0][0] = storage::sr(outs[0][0], ins[0][0], ins[1][0], *set_dominates);
+            invert(1, outs);
+        }
+        CellKind::Latch(f) => {
+            level(f, ins[1], ins[2][0], ins[3][0], ins[0][0], outs[0]);
+            invert(f.init.width(), outs);
+        }
+        CellKind::Flop(f) => {
+            level(f, ins[1], ins[3][0], ins[4][0], ins[2][0], outs[0]);
+            invert(f.init.width(), outs);
+        }
+        CellKind::Counter(c) => {
+            counter::level(outs[0], ins[1], ins[2][0], ins[3][0]);
+            outs[1][0] = gate::is_zero(c.init.width(), outs[0]);
+        }
+        CellKind::Accumulator(a) => {
+            counter::level(outs[0], ins[1], Word::ZERO, ins[3][0]);
+            outs[1][0] = counter::carry(a.init.width(), outs[0], ins[1], ins[2][0]);
+        }
+        CellKind::Constant(value) => {
+            for (y, w) in outs[0].iter_mut().zip(value.words()) {
+                *y = w;
+            }
+        }
+        CellKind::Clock(_) | CellKind::Delay { .. } | CellKind::RcDelay(_) => {}
+    }
+}
+
+fn level(f: &Flop, d: &[Word], set: Word, reset: Word, load: Word, q: &mut [Word]) {
+    for (i, (set_value, reset_value)) in f.set_value.words().zip(f.reset_value.words()).enumerate() {
+        q[i] = storage::level(q[i], d[i], set, reset, load, set_value, reset_value);
+    }
+}
+
+fn invert(width: u32, outs: &mut [&mut [Word]]) {
+    let [q, qn] = outs else { return };
+    for i in 0..words(width) {
+        qn[i] = q[i].not(crate::value::word::word_mask(width, i));
+    }
+}
+
+/// The state that a clocked cell takes at its active edge, from its pins and its present state `q`, into `next`.
+/// Cells without a clock keep their state.
+pub fn clocked(kind: &CellKind, ins: &[&[Word]], q: &[Word], next: &mut [Word]) {
+    match kind {
+        CellKind::Flop(f) => {
+            let [_, d, aload, set, reset, en, sync_set, sync_reset] = ins else {
+                unreachable!("a flip-flop has eight pins")
+            };
+            let c = storage::Controls {
+                aload: aload[0],
+                set: set[0],
+                reset: reset[0],
+                en: en[0],
+                sync_set: sync_set[0],
+                sync_reset: sync_reset[0],
+            };
+            for (i, (set_value, reset_value)) in f.set_value.words().zip(f.reset_value.words()).enumerate() {
+                next[i] = storage::clocked(q[i], d[i], &c, set_value, reset_value);
+            }
+        }
+        CellKind::Counter(k) => {
+            let [_, d, aload, reset, en, down, load] = ins else { unreachable!("a counter has seven pins") };
+            let c = counter::Controls { en: en[0], down: down[0], load: load[0], aload: aload[0], reset: reset[0] };
+            let width = k.init.width();
+            let mut step = [Word::ZERO; 1];
+            if words(width) == 1 {
+                step[0] = k.step.words().next().unwrap_or_default();
+                counter::count(width, q, d, &step, &c, next);
+            } else {
+                let step: Vec<Word> = k.step.words().collect();
+                counter::count(width, q, d, &step, &c, next);
+            }
+        }
+        CellKind::Accumulator(a) => {
+            let [_, d, ci, reset, en] = ins else { unreachable!("an accumulator has five pins") };
+            counter::accumulate(a.init.width(), q, d, ci[0], en[0], reset[0], next);
+        }
+        _ => next.copy_from_slice(q),
+    }
+}

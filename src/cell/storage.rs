@@ -1,0 +1,211 @@
+//! Flip-flops, registers and latches. Controls are taken as Yosys' simulation library takes them: an x or z on a
+//! set, reset, load or enable counts as inactive (`if (x)` is false in IEEE 1364-2005, 9.4).
+
+use super::CellKind;
+use super::element::{Element, Kind, Parameter, Port};
+use crate::Value;
+use crate::value::Word;
+
+/// The clock edge on which a storage cell samples.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
+pub enum Edge {
+    /// 0→1, 0→x, 0→z, x→1, z→1 (IEEE 1364-2005, 9.7.2).
+    Rising,
+    /// 1→0, 1→x, 1→z, x→0, z→0.
+    Falling,
+}
+
+/// The parameters of a D flip-flop, register or latch.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Flop {
+    /// The active edge (of no meaning in a latch).
+    pub edge: Edge,
+    /// What `set` and `sync_set` load.
+    pub set_value: Value,
+    /// What `reset` and `sync_reset` load.
+    pub reset_value: Value,
+    /// The state before anything has set it.
+    pub init: Value,
+}
+
+/// The control pins of a flip-flop or register as they stand.
+#[derive(Clone, Copy)]
+pub struct Controls {
+    /// Asynchronous load: takes `d` at once.
+    pub aload: Word,
+    /// Asynchronous set.
+    pub set: Word,
+    /// Asynchronous reset.
+    pub reset: Word,
+    /// Clock enable.
+    pub en: Word,
+    /// Set at the clock edge.
+    pub sync_set: Word,
+    /// Reset at the clock edge.
+    pub sync_reset: Word,
+}
+
+/// What the level-sensitive controls make of one word of state; reset before set before load.
+#[inline(always)]
+#[must_use]
+pub fn level(q: Word, d: Word, set: Word, reset: Word, load: Word, set_value: Word, reset_value: Word) -> Word {
+    if reset.is_one() {
+        reset_value
+    } else if set.is_one() {
+        set_value
+    } else if load.is_one() {
+        d
+    } else {
+        q
+    }
+}
+
+/// The next state of one word at the active edge.
+#[inline(always)]
+#[must_use]
+pub fn clocked(q: Word, d: Word, c: &Controls, set_value: Word, reset_value: Word) -> Word {
+    if c.reset.is_one() {
+        reset_value
+    } else if c.set.is_one() {
+        set_value
+    } else if c.aload.is_one() {
+        d
+    } else if c.sync_reset.is_one() {
+        reset_value
+    } else if c.sync_set.is_one() {
+        set_value
+    } else if c.en.is_one() {
+        d
+    } else {
+        q
+    }
+}
+
+/// The next state of an SR flip-flop.
+#[inline(always)]
+#[must_use]
+pub fn sr(q: Word, s: Word, r: Word, set_dominates: bool) -> Word {
+    let (set, reset) = (s.is_one(), r.is_one());
+    if set && (set_dominates || !reset) {
+        Word::known(1)
+    } else if reset {
+        Word::known(0)
+    } else {
+        q
+    }
+}
+
+pub(super) const EDGE: Parameter = Parameter {
+    name: "edge",
+    kind: Kind::Word(&["rising", "falling"]),
+    default: Some("rising"),
+    doc: "the active clock edge",
+};
+pub(super) const INIT: Parameter =
+    Parameter { name: "init", kind: Kind::Value, default: Some("x"), doc: "state before anything has set it" };
+const RESET_VALUE: Parameter =
+    Parameter { name: "reset_value", kind: Kind::Value, default: Some("0"), doc: "what a reset loads" };
+const SET_VALUE: Parameter =
+    Parameter { name: "set_value", kind: Kind::Value, default: Some("all-ones"), doc: "what a set loads" };
+const BIT: Parameter = Parameter { name: "width", kind: Kind::WIDTH, default: Some("1"), doc: "bits of `d` and `q`" };
+pub(super) const CLK: Port = Port::input("clk", "clock");
+pub(super) const Q: Port = Port::output("q", "the state");
+const QN: Port = Port::output("qn", "the state inverted");
+const SET: Port = Port::optional("set", "asynchronous set, level-sensitive");
+pub(super) const RESET: Port = Port::optional("reset", "asynchronous reset, level-sensitive, dominates all");
+pub(super) const ASYNC_LOAD: Port = Port::optional("async_load", "takes `d` at once while it is 1").of_pin("aload");
+
+pub(super) fn edge(word: &str) -> Edge {
+    if word == "falling" { Edge::Falling } else { Edge::Rising }
+}
+
+/// The elements of this family.
+pub const ELEMENTS: &[Element] = &[
+    Element {
+        name: "sr",
+        summary: "SR flip-flop",
+        ports: &[Port::input("s", "set"), Port::input("r", "reset"), Q, QN],
+        parameters: &[
+            Parameter {
+                name: "dominant",
+                kind: Kind::Word(&["reset", "set"]),
+                default: Some("reset"),
+                doc: "what happens while both are 1",
+            },
+            INIT,
+        ],
+        meaning: "Level-sensitive.\n\n| s r | 00 | 01 | 10 | 11 |\n|---|---|---|---|---|\n| **q** | holds | 0 | 1 | 0, or 1 where set is dominant |\n\n`qn` is the inverse of `q`. An x or z on `s` or `r` counts as 0. The flip-flop of two NOR gates (`sr_nor` of `circuits/lib/storage.json`) differs while both are 1, when its `qn` is 0 too, and gives x for x.",
+        source: "documents B, C: SR тригер; Yosys `$sr`",
+        example: r#"{ "type": "sr", "connections": { "s": "start", "r": "kox_zero", "q": "run_x" } }"#,
+        build: |a| Ok(CellKind::Sr { set_dominates: a.word("dominant") == "set", init: a.value("init") }),
+    },
+    Element {
+        name: "dff",
+        summary: "D flip-flop",
+        ports: &[
+            CLK,
+            Port::input("d", "data"),
+            Port::optional("en", "clock enable for `d`; default 1"),
+            SET,
+            RESET,
+            Port::optional("sync_set", "set at the clock edge, whatever `en` is"),
+            Port::optional("sync_reset", "reset at the clock edge, whatever `en` is; dominates `sync_set`"),
+            Q,
+            QN,
+        ],
+        parameters: &[BIT, EDGE, RESET_VALUE, SET_VALUE, INIT],
+        meaning: "The first line that applies:\n\n| when | q |\n|---|---|\n| `reset = 1` | reset_value, at once |\n| `set = 1` | set_value, at once |\n| active edge, `sync_reset = 1` | reset_value |\n| active edge, `sync_set = 1` | set_value |\n| active edge, `en = 1` | d |\n| otherwise | holds |\n\nAn x or z on a control counts as inactive; an asynchronous control that goes from inactive to x samples as the clock edge does.",
+        source: "documents B: D тригер; Yosys `$dff` `$dffe` `$adff` `$sdff` `$dffsr`",
+        example: r#"{ "type": "dff", "parameters": { "width": "W", "edge": "falling" }, "connections": { "clk": "dt", "d": "sum", "reset": "start", "q": "f" } }"#,
+        build: |a| {
+            Ok(CellKind::Flop(Box::new(Flop {
+                edge: edge(a.word("edge")),
+                set_value: a.value("set_value"),
+                reset_value: a.value("reset_value"),
+                init: a.value("init"),
+            })))
+        },
+    },
+    Element {
+        name: "latch",
+        summary: "transparent latch",
+        ports: &[Port::input("en", "open while 1"), Port::input("d", "data"), SET, RESET, Q, QN],
+        parameters: &[BIT, RESET_VALUE, SET_VALUE, INIT],
+        meaning: "| reset | set | en | q |\n|---|---|---|---|\n| 1 | – | – | reset_value |\n| 0 | 1 | – | set_value |\n| 0 | 0 | 1 | d |\n| 0 | 0 | 0 | holds |\n\nAn x or z on a control counts as inactive.",
+        source: "Yosys `$dlatch` `$adlatch` `$dlatchsr`",
+        example: r#"{ "type": "latch", "parameters": { "width": 4 }, "connections": { "en": "open", "d": "d", "q": "q" } }"#,
+        build: |a| {
+            Ok(CellKind::Latch(Box::new(Flop {
+                edge: Edge::Rising,
+                set_value: a.value("set_value"),
+                reset_value: a.value("reset_value"),
+                init: a.value("init"),
+            })))
+        },
+    },
+    Element {
+        name: "register",
+        summary: "register with load",
+        ports: &[
+            CLK,
+            Port::input("d", "data"),
+            Port::optional("load", "takes `d` at the clock edge while it is 1; default 1").of_pin("en"),
+            ASYNC_LOAD,
+            RESET,
+            Q,
+        ],
+        parameters: &[Parameter { default: Some("8"), ..BIT }, EDGE, RESET_VALUE, INIT],
+        meaning: "The first line that applies:\n\n| when | q |\n|---|---|\n| `reset = 1` | reset_value, at once |\n| `async_load = 1` | d, at once |\n| active edge, `load = 1` | d |\n| otherwise | holds |\n\nAn x or z on a control counts as inactive.",
+        source: "documents A, B, C: регистър, Р1…Р6; Yosys `$adffe` `$aldff`",
+        example: r#"{ "type": "register", "parameters": { "width": "W" }, "connections": { "clk": "dt", "d": "dx", "load": "start", "q": "p1" } }"#,
+        build: |a| {
+            let set_value = Value::unknown(a.width("width")); // there is no set pin
+            Ok(CellKind::Flop(Box::new(Flop {
+                edge: edge(a.word("edge")),
+                set_value,
+                reset_value: a.value("reset_value"),
+                init: a.value("init"),
+            })))
+        },
+    },
+];

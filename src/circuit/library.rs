@@ -1,0 +1,234 @@
+//! Circuit files and the files that they import, each read once, and which modules can be seen from where.
+
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+
+use super::{CircuitFile, Limits, Module, Name, read_file};
+use crate::cell::element;
+use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Sources, Span};
+use crate::json::Recover;
+
+/// A module by its file and its place in it.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub(super) struct ModuleId {
+    pub file: usize,
+    pub index: usize,
+}
+
+#[derive(Debug)]
+struct Loaded {
+    source: FileId,
+    circuit: CircuitFile,
+    /// What it imports, and where it says so.
+    imports: Vec<(usize, Span)>,
+}
+
+/// Every file read so far.
+#[derive(Debug, Default)]
+pub(super) struct Library {
+    files: Vec<Loaded>,
+    by_path: HashMap<PathBuf, Option<usize>>,
+}
+
+impl Library {
+    /// Reads a file and all that it imports. `None` if it cannot be used at all.
+    pub fn open(
+        &mut self,
+        path: &Path,
+        limits: &Limits,
+        sources: &mut Sources,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<usize> {
+        let first = self.files.len();
+        let root = match self.read(path, limits, sources, diagnostics) {
+            Ok(root) => root?,
+            Err(fault) => {
+                diagnostics.push(fault);
+                return None;
+            }
+        };
+        let mut next = first;
+        while next < self.files.len() {
+            let base = PathBuf::from(sources.name(self.files[next].source));
+            let base = base.parent().unwrap_or(Path::new("")).to_path_buf();
+            for import in self.files[next].circuit.import.clone() {
+                let path = base.join(&*import.value);
+                match self.read(&path, limits, sources, diagnostics) {
+                    Ok(Some(file)) => self.files[next].imports.push((file, import.span)),
+                    Ok(None) => {}
+                    Err(fault) => diagnostics.push(fault.at(import.span, "imported here")),
+                }
+            }
+            next += 1;
+        }
+        self.check(first, diagnostics);
+        Some(root)
+    }
+
+    fn read(
+        &mut self,
+        path: &Path,
+        limits: &Limits,
+        sources: &mut Sources,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Option<usize>, Diagnostic> {
+        let key = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+        if let Some(&known) = self.by_path.get(&key) {
+            return Ok(known);
+        }
+        let source = read_file(path, limits, sources)?;
+        let file = CircuitFile::parse(sources, source, diagnostics).map(|circuit| {
+            self.files.push(Loaded { source, circuit, imports: Vec::new() });
+            self.files.len() - 1
+        });
+        self.by_path.insert(key, file);
+        Ok(file)
+    }
+
+    /// Checks what can be told without elaborating: import cycles, recursive modules, names of modules.
+    fn check(&self, first: usize, diagnostics: &mut Diagnostics) {
+        let imports = |file: usize| self.files[file].imports.clone();
+        for path in cycles(first..self.files.len(), imports) {
+            let fault = Diagnostic::new(Code::ImportCycle, "files import each other in a circle");
+            let fault = path.iter().enumerate().fold(fault, |d, (i, span)| {
+                if i == 0 {
+                    d.at(*span, "this import leads back to its own file")
+                } else {
+                    d.also(*span, "through this one")
+                }
+            });
+            diagnostics.push(fault.help("move what both need into a third file"));
+        }
+        let modules: Vec<ModuleId> = (first..self.files.len()).flat_map(|f| self.modules(f)).collect();
+        let number: HashMap<ModuleId, usize> = modules.iter().enumerate().map(|(i, &m)| (m, i)).collect();
+        let uses = |i: usize| -> Vec<(usize, Span)> {
+            self.uses(modules[i]).into_iter().filter_map(|(m, span)| Some((*number.get(&m)?, span))).collect()
+        };
+        for path in cycles(0..modules.len(), uses) {
+            let fault = Diagnostic::new(Code::RecursiveModule, "a module contains itself");
+            let fault = path.iter().enumerate().fold(fault, |d, (i, span)| {
+                if i == 0 {
+                    d.at(*span, "this cell leads back to its own module")
+                } else {
+                    d.also(*span, "through this one")
+                }
+            });
+            diagnostics.push(fault.help("structures of variable size are made by `repeat` and `blocks`"));
+        }
+        for file in first..self.files.len() {
+            let mut seen: HashMap<&str, Span> = HashMap::new();
+            for name in self.files[file].circuit.modules.keys() {
+                if let Some(element) = element(name) {
+                    diagnostics.push(
+                        Diagnostic::new(Code::BadName, format!("`{}` is an element ({})", name.value, element.summary))
+                            .at(name.span, "a module needs another name"),
+                    );
+                }
+                seen.insert(name, name.span);
+            }
+            for &(import, span) in &self.files[file].imports {
+                for name in self.files[import].circuit.modules.keys().filter(|_| import != file) {
+                    match seen.get(name.value.as_str()) {
+                        Some(&other) if other != name.span => diagnostics.push(
+                            Diagnostic::new(
+                                Code::DuplicateName,
+                                format!("two modules are called `{}` here", name.value),
+                            )
+                            .at(span, "this import brings one")
+                            .also(other, "one is here")
+                            .also(name.span, "the other is here")
+                            .help("rename one of them"),
+                        ),
+                        _ => {
+                            seen.insert(name, name.span);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    pub fn file(&self, file: usize) -> &CircuitFile {
+        &self.files[file].circuit
+    }
+
+    pub fn source(&self, file: usize) -> FileId {
+        self.files[file].source
+    }
+
+    pub fn modules(&self, file: usize) -> impl Iterator<Item = ModuleId> + use<> {
+        (0..self.files[file].circuit.modules.len()).map(move |index| ModuleId { file, index })
+    }
+
+    pub fn module(&self, id: ModuleId) -> (&Name, Option<&Module>) {
+        let (name, module) =
+            self.files[id.file].circuit.modules.get_index(id.index).expect("ids are made from the map");
+        (name, module.as_ref())
+    }
+
+    /// The module that a name means in a file.
+    pub fn find(&self, file: usize, name: &str) -> Option<ModuleId> {
+        let own = |f: usize| Some(ModuleId { file: f, index: self.files[f].circuit.modules.get_index_of(name)? });
+        own(file).or_else(|| self.files[file].imports.iter().find_map(|&(f, _)| own(f)))
+    }
+
+    /// The names of all modules that can be seen in a file.
+    pub fn visible(&self, file: usize) -> Vec<&str> {
+        let files = std::iter::once(file).chain(self.files[file].imports.iter().map(|i| i.0));
+        files.flat_map(|f| self.files[f].circuit.modules.keys().map(|n| n.value.as_str())).collect()
+    }
+
+    /// The modules that a module has cells of, and where.
+    pub fn uses(&self, id: ModuleId) -> Vec<(ModuleId, Span)> {
+        let mut uses = Vec::new();
+        if let (_, Some(module)) = self.module(id) {
+            self.cells(id.file, &module.cells, &module.blocks, &mut uses);
+        }
+        uses
+    }
+
+    fn cells(
+        &self,
+        file: usize,
+        cells: &indexmap::IndexMap<Name, Recover<super::Cell>>,
+        blocks: &indexmap::IndexMap<Name, Recover<super::Block>>,
+        uses: &mut Vec<(ModuleId, Span)>,
+    ) {
+        for cell in cells.values().filter_map(Recover::as_ref) {
+            uses.extend(self.find(file, &cell.kind).map(|m| (m, cell.kind.span)));
+        }
+        for block in blocks.values().filter_map(Recover::as_ref) {
+            self.cells(file, &block.cells, &block.blocks, uses);
+        }
+    }
+}
+
+/// Where the edges of a node lead, and the places that make them.
+type Edges = Vec<(usize, Span)>;
+
+/// The circles of a graph, each as the places of its edges; every node that lies on one is in one of them.
+fn cycles(nodes: std::ops::Range<usize>, edges: impl Fn(usize) -> Edges) -> Vec<Vec<Span>> {
+    let mut done = HashSet::new();
+    let mut found = Vec::new();
+    for root in nodes {
+        // the path from the root: each node with its edges still to follow
+        let mut path: Vec<(usize, Edges, Span)> = Vec::new();
+        if done.insert(root) {
+            path.push((root, edges(root), Span::default()));
+        }
+        while let Some((_, open, _)) = path.last_mut() {
+            let Some((to, span)) = (if open.is_empty() { None } else { Some(open.remove(0)) }) else {
+                path.pop();
+                continue;
+            };
+            if let Some(at) = path.iter().position(|p| p.0 == to) {
+                let mut circle: Vec<Span> = path[at + 1..].iter().map(|p| p.2).collect();
+                circle.push(span);
+                found.push(circle);
+            } else if done.insert(to) {
+                path.push((to, edges(to), span));
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,234 @@
+//! From a path to a netlist: reads the files, elaborates, checks.
+
+use std::fmt;
+use std::path::Path;
+
+use indexmap::IndexMap;
+
+use super::elaborate::{elaborate, roots};
+use super::library::{Library, ModuleId};
+use super::report::{Places, Report};
+use super::{Limits, Name, ParameterValue};
+use crate::diag::{Code, Diagnostic, Diagnostics, Sources, Span};
+use crate::json::Recover;
+use crate::netlist::{Netlist, SignalId};
+use crate::scenario::Simulation;
+
+/// A circuit ready to run.
+#[derive(Debug)]
+pub struct Circuit {
+    /// The netlist.
+    pub netlist: Netlist,
+    /// The values of the top module's parameters.
+    pub parameters: IndexMap<String, i64>,
+    /// The default scenario of the file, if it has one.
+    pub simulation: Option<Simulation>,
+    /// Where the top module's name stands.
+    pub span: Span,
+    places: Places,
+}
+
+impl Circuit {
+    /// Where a signal is declared.
+    #[must_use]
+    pub fn place(&self, signal: SignalId) -> Span {
+        self.places.of(signal).unwrap_or(self.span)
+    }
+}
+
+/// A circuit that cannot be used: every fault, rendered with its place.
+#[derive(Debug)]
+pub struct LoadError {
+    rendered: String,
+    /// The faults.
+    pub diagnostics: Diagnostics,
+}
+
+impl fmt::Display for LoadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.rendered.trim_end())
+    }
+}
+
+impl std::error::Error for LoadError {}
+
+/// Loads a circuit file with its default parameters.
+///
+/// ```
+/// let circuit = discreta::circuit::load("circuits/evaluation/line.json")?;
+/// assert!(circuit.netlist.find("kox").is_some());
+/// # Ok::<(), discreta::circuit::LoadError>(())
+/// ```
+///
+/// # Errors
+/// With every fault of the file and of those that it imports.
+pub fn load(path: impl AsRef<Path>) -> Result<Circuit, LoadError> {
+    load_with(path, &[])
+}
+
+/// Loads a circuit file with some parameters of its top module set.
+///
+/// ```
+/// let circuit = discreta::circuit::load_with("circuits/evaluation/line.json", &[("W", 4)])?;
+/// let dx = circuit.netlist.find("dx").unwrap();
+/// assert_eq!(circuit.netlist.signal(dx).width, 4);
+/// # Ok::<(), discreta::circuit::LoadError>(())
+/// ```
+///
+/// # Errors
+/// With every fault of the file and of those that it imports.
+pub fn load_with(path: impl AsRef<Path>, parameters: &[(&str, i64)]) -> Result<Circuit, LoadError> {
+    let mut loader = Loader::new(Limits::default());
+    let mut overrides = Vec::new();
+    for (name, value) in parameters {
+        overrides.push(loader.parameter(name, &value.to_string()));
+    }
+    let circuit = loader.open(path.as_ref()).and_then(|file| loader.elaborate(file, &overrides));
+    match circuit {
+        Some(circuit) if !loader.diagnostics.has_errors() => Ok(circuit),
+        _ => {
+            loader.diagnostics.sort();
+            Err(LoadError {
+                rendered: loader.diagnostics.render(&loader.sources, false),
+                diagnostics: loader.diagnostics,
+            })
+        }
+    }
+}
+
+/// A file that a [`Loader`] has read.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct FileHandle(usize);
+
+/// Reads circuit files and elaborates them, gathering every fault.
+#[derive(Debug)]
+pub struct Loader {
+    /// The texts of all files read.
+    pub sources: Sources,
+    /// Every fault and warning so far.
+    pub diagnostics: Diagnostics,
+    limits: Limits,
+    library: Library,
+}
+
+impl Loader {
+    /// A loader that has read nothing.
+    #[must_use]
+    pub fn new(limits: Limits) -> Loader {
+        Loader { sources: Sources::new(), diagnostics: Diagnostics::new(), limits, library: Library::default() }
+    }
+
+    /// The limits it keeps.
+    #[must_use]
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// Reads a file and those that it imports. `None` if it is no circuit file at all.
+    pub fn open(&mut self, path: &Path) -> Option<FileHandle> {
+        self.library.open(path, &self.limits, &mut self.sources, &mut self.diagnostics).map(FileHandle)
+    }
+
+    /// A parameter given outside of any file, as on a command line; faults will show it as `-p NAME=VALUE`.
+    pub fn parameter(&mut self, name: &str, value: &str) -> (Name, ParameterValue) {
+        let text = format!("{name}={value}");
+        let file = self.sources.add("-p", text.clone());
+        let at = |start: usize, end: usize| Span::new(file, start as u32, end as u32);
+        let value = super::ParameterText::String(value.to_owned());
+        (Name::new(name.to_owned(), at(0, name.len())), ParameterValue::new(value, at(name.len() + 1, text.len())))
+    }
+
+    /// The module that a file is run by.
+    fn top(&mut self, file: usize) -> Option<ModuleId> {
+        let circuit = self.library.file(file);
+        if let Some(top) = &circuit.top {
+            let found = circuit.modules.get_index_of(top.value.as_str()).map(|index| ModuleId { file, index });
+            if found.is_none() {
+                let names = circuit.modules.keys().map(|n| n.value.as_str());
+                self.diagnostics.push(
+                    Diagnostic::new(Code::UnknownModule, format!("the file has no module `{}`", top.value))
+                        .at(top.span, "named as `top`")
+                        .did_you_mean(top, names),
+                );
+            }
+            return found;
+        }
+        let roots = roots(&self.library, file);
+        if let [only] = roots[..] {
+            return Some(only);
+        }
+        let start = Span::new(self.library.source(file), 0, 1);
+        let names: Vec<&str> = roots.iter().map(|&m| self.library.module(m).0.value.as_str()).collect();
+        let d = if names.is_empty() {
+            Diagnostic::new(Code::NoTop, "the file has no module to run").at(start, "")
+        } else {
+            let d = Diagnostic::new(Code::NoTop, "the file has several modules that no other uses");
+            d.at(start, "which of them is to run?")
+                .note(names.join(", "))
+                .help(format!("name one: \"top\": \"{}\"", names[0]))
+        };
+        self.diagnostics.push(d);
+        None
+    }
+
+    /// The circuit of a file, with parameters of its top module set. Faults go into `diagnostics`; the circuit is not
+    /// to be run if there are errors among them.
+    pub fn elaborate(&mut self, file: FileHandle, parameters: &[(Name, ParameterValue)]) -> Option<Circuit> {
+        let top = self.top(file.0)?;
+        let (netlist, parameters, places) = self.netlist(top, parameters);
+        let simulation = self.library.file(file.0).simulation.as_ref().and_then(Recover::as_ref).cloned();
+        Some(Circuit { netlist, parameters, simulation, span: self.library.module(top).0.span, places })
+    }
+
+    /// Elaborates, with their default parameters, the modules of a file that its top module does not reach. A file
+    /// without a single top is a library, and all of its modules are checked so.
+    pub fn check_rest(&mut self, file: FileHandle) {
+        let mut done = std::collections::HashSet::new();
+        let circuit = self.library.file(file.0);
+        let top = circuit.top.as_ref().and_then(|t| circuit.modules.get_index_of(t.value.as_str()));
+        let mut reached: Vec<ModuleId> = top.map(|index| ModuleId { file: file.0, index }).into_iter().collect();
+        while let Some(module) = reached.pop() {
+            if done.insert(module) {
+                reached.extend(self.library.uses(module).into_iter().map(|u| u.0));
+            }
+        }
+        let rest: Vec<ModuleId> = roots(&self.library, file.0).into_iter().filter(|m| !done.contains(m)).collect();
+        for module in rest {
+            self.netlist(module, &[]);
+        }
+    }
+
+    /// Whether a file names or implies one module to run.
+    #[must_use]
+    pub fn has_top(&self, file: FileHandle) -> bool {
+        self.library.file(file.0).top.is_some() || roots(&self.library, file.0).len() == 1
+    }
+
+    fn netlist(
+        &mut self,
+        top: ModuleId,
+        parameters: &[(Name, ParameterValue)],
+    ) -> (Netlist, IndexMap<String, i64>, Places) {
+        // a circle of modules has no end
+        if self.diagnostics.iter().any(|d| d.code == Code::RecursiveModule) {
+            return (Netlist::default(), IndexMap::new(), Places::default());
+        }
+        let elaborated = elaborate(&self.library, &self.limits, top, parameters);
+        let cut_short = elaborated.diagnostics.iter().any(|d| d.code == Code::TooLarge);
+        for d in elaborated.diagnostics.iter() {
+            self.diagnostics.push(d.clone());
+        }
+        let mut faults = Vec::new();
+        let netlist = elaborated.builder.finish_with(&mut faults);
+        if !cut_short {
+            let mut report = Report {
+                library: &self.library,
+                netlist: &netlist,
+                places: &elaborated.places,
+                diagnostics: &mut self.diagnostics,
+            };
+            report.all(&faults);
+        }
+        (netlist, elaborated.values, elaborated.places)
+    }
+}

@@ -1,0 +1,151 @@
+//! Reading a file into [`Sources`], and refusing what is not a text file of bounded size.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use super::Limits;
+use crate::diag::{Code, Diagnostic, FileId, Sources};
+
+/// Reads the text file `path`; `sources` calls it by its path as given. Never waits (for a pipe) and never reads more
+/// than [`Limits::file_size`] bytes.
+///
+/// # Errors
+/// A fault without a place: an import adds where it stands.
+pub fn read_file(path: &Path, limits: &Limits, sources: &mut Sources) -> Result<FileId, Diagnostic> {
+    let name = path.display().to_string();
+    let cannot = |why: &str| Diagnostic::new(Code::CannotRead, format!("cannot read `{name}`: {why}"));
+    let failed = |e: &io::Error| {
+        let fault = cannot(&reason(e));
+        match e.kind() {
+            io::ErrorKind::NotFound => not_found(fault, path),
+            _ => fault,
+        }
+    };
+    // Before opening: to open a pipe would wait for its writer.
+    let metadata = std::fs::metadata(path).map_err(|e| failed(&e))?;
+    if metadata.is_dir() {
+        return Err(cannot("it is a directory").help("name a file in it"));
+    }
+    if !metadata.is_file() {
+        return Err(cannot("it is not a regular file").help("write its contents to a file first"));
+    }
+    // Places are 32-bit offsets.
+    let limit = limits.file_size.min(u64::from(u32::MAX) - 1);
+    let too_large = |size: &str| {
+        Diagnostic::new(Code::TooLarge, format!("`{name}` is too large: {size}, the limit is {limit}"))
+            .help("if it is meant to be, raise the limit by `--limit file-size=BYTES`")
+    };
+    if metadata.len() > limit {
+        return Err(too_large(&format!("{} bytes", metadata.len())));
+    }
+    let file = File::open(path).map_err(|e| failed(&e))?;
+    let mut bytes = Vec::with_capacity(metadata.len() as usize);
+    // The size may be wrong (as in /proc) or grow.
+    file.take(limit + 1).read_to_end(&mut bytes).map_err(|e| failed(&e))?;
+    if bytes.len() as u64 > limit {
+        return Err(too_large("it grew"));
+    }
+    match String::from_utf8(bytes) {
+        Ok(text) => Ok(sources.add(name, text)),
+        Err(e) => {
+            let offset = e.utf8_error().valid_up_to();
+            let bytes = e.as_bytes();
+            let byte = bytes[offset];
+            let line = bytes[..offset].iter().filter(|&&b| b == b'\n').count() + 1;
+            let fault = cannot(&format!("it is not UTF-8: byte {offset} (line {line}) is 0x{byte:02x}"));
+            Err(match bytes {
+                [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => fault.help("it looks like UTF-16; save it as UTF-8"),
+                _ => fault.help("save it as UTF-8"),
+            })
+        }
+    }
+}
+
+fn reason(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        io::ErrorKind::PermissionDenied => "permission denied".to_owned(),
+        _ => error.to_string(),
+    }
+}
+
+/// Offers the name in the same directory that was probably meant.
+fn not_found(fault: Diagnostic, path: &Path) -> Diagnostic {
+    const LOOK_AT: usize = 1000;
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let (Some(name), Ok(entries)) = (path.file_name(), std::fs::read_dir(parent)) else {
+        return if parent.is_dir() {
+            fault
+        } else {
+            fault.help(format!("there is no directory `{}` either", parent.display()))
+        };
+    };
+    let entries = entries.take(LOOK_AT).filter_map(|e| e.ok()?.file_name().into_string().ok());
+    let mut entries: Vec<String> = entries.collect();
+    entries.sort();
+    fault.did_you_mean(&name.to_string_lossy(), entries.iter().map(String::as_str))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(path: &Path) -> Result<String, String> {
+        let mut sources = Sources::new();
+        match read_file(path, &Limits { file_size: 100, ..Limits::default() }, &mut sources) {
+            Ok(id) => Ok(sources.text(id).to_owned()),
+            Err(d) => {
+                let dir = path.parent().unwrap().display().to_string();
+                Err(format!("{}: {}; {}", d.code, d.message, d.helps.join(", ")).replace(&dir, "D"))
+            }
+        }
+    }
+
+    #[test]
+    fn only_text_files_of_bounded_size_are_read() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = |name: &str, bytes: &[u8]| {
+            let path = dir.path().join(name);
+            std::fs::write(&path, bytes).unwrap();
+            path
+        };
+        assert_eq!(read(&file("good.json", b"{}")), Ok("{}".to_owned()));
+        assert_eq!(read(&file("edge.json", &[b' '; 100])), Ok(" ".repeat(100)));
+        assert_eq!(
+            read(&file("large.json", &[b' '; 101])).unwrap_err(),
+            "too-large: `D/large.json` is too large: 101 bytes, the limit is 100; \
+             if it is meant to be, raise the limit by `--limit file-size=BYTES`"
+        );
+        assert_eq!(
+            read(&file("latin.json", b"{\n\"\xe9\"}")).unwrap_err(),
+            "cannot-read: cannot read `D/latin.json`: it is not UTF-8: byte 3 (line 2) is 0xe9; save it as UTF-8"
+        );
+        assert!(read(&file("wide.json", b"\xff\xfe{\0")).unwrap_err().contains("UTF-16"));
+        assert_eq!(
+            read(&dir.path().join("godo.json")).unwrap_err(),
+            "cannot-read: cannot read `D/godo.json`: there is no such file; did you mean `good.json`?"
+        );
+        assert!(read(&dir.path().join("no/a.json")).unwrap_err().contains("there is no directory"));
+        std::fs::create_dir(dir.path().join("sub")).unwrap();
+        assert_eq!(
+            read(&dir.path().join("sub")).unwrap_err(),
+            "cannot-read: cannot read `D/sub`: it is a directory; name a file in it"
+        );
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_would_never_end_is_refused_at_once() {
+        assert!(read(Path::new("/dev/zero")).unwrap_err().contains("not a regular file"));
+        let dir = tempfile::tempdir().unwrap();
+        let pipe = dir.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.is_ok_and(|status| status.success()), "mkfifo");
+        assert!(read(&pipe).unwrap_err().contains("not a regular file"));
+        // Its size is said to be 0.
+        if Path::new("/proc/self/status").exists() {
+            assert!(read(Path::new("/proc/self/status")).unwrap_err().starts_with("too-large"));
+        }
+    }
+}

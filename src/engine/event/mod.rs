@@ -1,0 +1,193 @@
+//! The event engine: the reference. Four-valued, any clocking, feedback, delays.
+//!
+//! Operations stand in evaluation order and a change marks its readers in a bit set, so within a wave every operation
+//! outside a feedback loop runs at most once and after all that it reads. Loops are iterated in steps in which all
+//! members see the values before the step, so no result depends on the order of cells. `program` holds the netlist in
+//! arrays, `build` makes it, `eval` runs one operation, `settle` one wave, `queue` keeps what is to come.
+
+mod build;
+mod eval;
+mod program;
+mod queue;
+mod settle;
+#[cfg(test)]
+mod tests;
+
+use super::{Engine, UnknownControl, Unsettled};
+use crate::cell::Clock;
+use crate::netlist::{NetId, Netlist};
+use crate::value::Word;
+use crate::value::word::words;
+
+use eval::State;
+use program::{Program, flag};
+use queue::Queue;
+
+/// The reference engine; see [`Engine`].
+///
+/// ```
+/// use discreta::engine::{Engine, EventEngine};
+/// use discreta::netlist::Builder;
+/// use discreta::value::Word;
+/// let mut b = Builder::new("top");
+/// let (a, y) = (b.input("a", 1), b.output("y", 1));
+/// let inverted = b.not("not1", &a);
+/// let clk = b.input("clk", 1);
+/// b.dff("ff", &clk, &inverted, &y);
+/// let netlist = b.finish().unwrap();
+/// let net = |name| netlist.bits(netlist.find(name).unwrap())[0].net;
+/// let mut engine = EventEngine::new(&netlist);
+/// engine.drive(net("a"), &[Word::known(0)]);
+/// for level in [0, 1] {
+///     engine.drive(net("clk"), &[Word::known(level)]);
+///     engine.settle().unwrap();
+/// }
+/// assert_eq!(engine.read(net("y")), [Word::known(1)]);
+/// ```
+#[derive(Debug)]
+pub struct EventEngine {
+    program: Program,
+    state: State,
+    queue: Queue,
+    now: u64,
+    started: bool,
+    widths: Vec<u32>,
+}
+
+impl EventEngine {
+    /// An engine at tick 0, with nothing settled yet.
+    #[must_use]
+    pub fn new(netlist: &Netlist) -> EventEngine {
+        let program = build::build(netlist);
+        let state = State::new(&program);
+        let queue = Queue::new(&program);
+        let widths = netlist.nets().iter().map(|n| n.width).collect();
+        let mut engine = EventEngine { program, state, queue, now: 0, started: false, widths };
+        for i in 0..engine.program.clock_cells.len() {
+            let (slot, clock) = engine.program.clock_cells[i];
+            engine.start_clock(slot, clock);
+        }
+        engine
+    }
+
+    /// Back to the state of a new engine, keeping clocks, observed nets and no events.
+    pub fn reset(&mut self) {
+        let observed: Vec<NetId> = self.observed().collect();
+        let clocks = self.queue.clocks();
+        self.state = State::new(&self.program);
+        self.queue = Queue::new(&self.program);
+        (self.now, self.started) = (0, false);
+        for net in observed {
+            self.observe(net);
+        }
+        for (slot, clock) in clocks {
+            self.start_clock(slot, clock);
+        }
+    }
+
+    fn observed(&self) -> impl Iterator<Item = NetId> + '_ {
+        let first = |net: usize| self.state.meta[self.program.net_slot[net] as usize];
+        (0..self.widths.len()).filter(move |&n| first(n).flags & flag::OBSERVED != 0).map(NetId::new)
+    }
+
+    fn start_clock(&mut self, slot: u32, clock: Clock) {
+        let high = self.queue.add_clock(slot, clock);
+        self.state.put(&self.program, slot, Word::known(u64::from(high)));
+    }
+
+    /// One wave, and what it leaves to the future.
+    fn wave(&mut self) -> Result<(), Unsettled> {
+        self.started = true;
+        self.state.settle(&self.program).map_err(|loop_| self.unsettled(loop_))?;
+        self.queue.schedule(&self.program, &mut self.state, self.now);
+        self.state.check_controls(&self.program, self.now);
+        Ok(())
+    }
+
+    fn unsettled(&self, found: settle::Oscillation) -> Unsettled {
+        let mut nets: Vec<NetId> = Vec::new();
+        for slot in found.slots {
+            let net = self.program.slot_net[slot as usize];
+            if net != u32::MAX && !nets.contains(&NetId(net)) {
+                nets.push(NetId(net));
+            }
+        }
+        Unsettled { time: self.now, nets, clocked: found.clocked }
+    }
+}
+
+impl Engine for EventEngine {
+    fn now(&self) -> u64 {
+        self.now
+    }
+
+    fn read(&self, net: NetId) -> &[Word] {
+        let slots = &self.program.net_slot;
+        &self.state.slots[slots[net.index()] as usize..slots[net.index() + 1] as usize]
+    }
+
+    fn observe(&mut self, net: NetId) {
+        let slots = &self.program.net_slot;
+        for slot in slots[net.index()]..slots[net.index() + 1] {
+            self.state.meta[slot as usize].flags |= flag::OBSERVED;
+        }
+    }
+
+    fn add_clock(&mut self, net: NetId, clock: Clock) {
+        let slot = self.program.net_slot[net.index()];
+        self.start_clock(slot, clock);
+    }
+
+    fn drive(&mut self, net: NetId, value: &[Word]) {
+        let slot = self.program.net_slot[net.index()];
+        for (i, &word) in value.iter().enumerate().take(words(self.widths[net.index()])) {
+            self.state.put(&self.program, slot + i as u32, word);
+        }
+    }
+
+    fn settle(&mut self) -> Result<(), Unsettled> {
+        self.wave()
+    }
+
+    fn advance(&mut self, until: u64) -> Result<bool, Unsettled> {
+        if !self.started {
+            self.wave()?;
+            if !self.state.changes.is_empty() {
+                return Ok(true);
+            }
+        }
+        while let Some(time) = self.queue.next().filter(|&t| t <= until) {
+            self.now = time;
+            self.queue.fire(&self.program, &mut self.state, time);
+            self.wave()?;
+            if !self.state.changes.is_empty() {
+                return Ok(true);
+            }
+        }
+        self.now = until;
+        Ok(false)
+    }
+
+    fn next_event(&self) -> Option<u64> {
+        self.queue.next()
+    }
+
+    fn changes(&self) -> &[NetId] {
+        &self.state.changes
+    }
+
+    fn clear_changes(&mut self) {
+        for net in self.state.changes.drain(..) {
+            let slot = self.program.net_slot[net.index()];
+            self.state.meta[slot as usize].flags &= !flag::CHANGED;
+        }
+    }
+
+    fn take_unknown_controls(&mut self) -> Vec<UnknownControl> {
+        std::mem::take(&mut self.state.unknown_controls)
+    }
+
+    fn events(&self) -> u64 {
+        self.state.events
+    }
+}

@@ -1,0 +1,209 @@
+//! A netlist laid out for the event engine: dense arrays of operations in evaluation order, and what each word of state
+//! wakes when it changes. Built once; the run only reads it.
+
+use std::ops::Range;
+
+use crate::cell::{CellKind, GateOp};
+use crate::netlist::{CellId, NetId};
+use crate::value::Word;
+
+/// Bits of one word of state.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Operand {
+    pub slot: u32,
+    pub shift: u8,
+    /// Bit `shift` repeated.
+    pub splat: bool,
+}
+
+/// The slots that hold constant 0 and constant 1 for pins that are not connected.
+pub(super) const ZERO: Operand = Operand { slot: 0, shift: 0, splat: false };
+pub(super) const ONE: Operand = Operand { slot: 1, shift: 0, splat: false };
+
+/// What an operation does. All but the last two have operands of at most 64 bits.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Code {
+    Buf,
+    Not,
+    And2,
+    Or2,
+    Xor2,
+    Nand2,
+    Nor2,
+    Xnor2,
+    /// `count` operands from the pool.
+    GateN(GateOp),
+    /// The bits of `a` within `mask` joined into one.
+    Reduce(GateOp),
+    /// `count` pairs of input and select from the pool.
+    AndOrN,
+    Mux2,
+    HalfAdder,
+    FullAdder,
+    Add,
+    Sub,
+    /// s, r → q, qn.
+    Sr {
+        set_dominates: bool,
+    },
+    /// Asynchronous controls of store number `ext`, and the outputs made from its state.
+    Level,
+    /// `count` pieces from the pool, with their widths, one above another.
+    Gather,
+    /// Cell number `ext` of the general ones.
+    General,
+}
+
+/// One combinational operation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Op {
+    pub code: Code,
+    /// 0, or the number of its feedback group plus one.
+    pub group: u32,
+    pub a: Operand,
+    pub b: Operand,
+    pub c: Operand,
+    pub y: u32,
+    pub y2: u32,
+    pub mask: u64,
+    pub ext: u32,
+    pub count: u32,
+}
+
+/// What a clocked cell does.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum StoreCode {
+    /// Only `d` and `en`.
+    Plain,
+    Flop,
+    Counter,
+    Accumulator,
+    General,
+}
+
+/// A storage cell with a clock; of at most 64 bits unless general.
+#[derive(Clone, Debug)]
+pub(super) struct Store {
+    pub code: StoreCode,
+    pub q: u32,
+    /// `qn`, `zero` or `co`.
+    pub derived: u32,
+    pub width: u32,
+    pub d: Operand,
+    pub en: Operand,
+    pub aload: Operand,
+    pub set: Operand,
+    pub reset: Operand,
+    /// `sync_set`; `down` of a counter; `ci` of an accumulator.
+    pub extra: Operand,
+    /// `sync_reset`; `load` of a counter.
+    pub extra2: Operand,
+    /// The set value; the step of a counter.
+    pub set_value: Word,
+    pub reset_value: Word,
+    /// Number among the general cells.
+    pub general: u32,
+}
+
+/// A cell of any kind and width, evaluated through the reference functions of the cell room.
+#[derive(Clone, Debug)]
+pub(super) struct General {
+    pub kind: CellKind,
+    /// For each pin its pieces (low first); none if it is not connected.
+    pub pins: Vec<Vec<(u32, u32, u32)>>,
+    /// First slot and width of each output.
+    pub outputs: Vec<(u32, u32)>,
+}
+
+/// A bit at which edges are looked for.
+#[derive(Clone, Debug)]
+pub(super) struct ClockPin {
+    pub slot: u32,
+    pub shift: u8,
+    /// Stores that sample at the rising edge.
+    pub rising: Vec<u32>,
+    /// Stores that sample at the falling edge.
+    pub falling: Vec<u32>,
+    /// Stores that sample when this asynchronous control goes from 0 to unknown.
+    pub unknown: Vec<u32>,
+}
+
+/// A control pin of a storage cell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ControlPin {
+    pub slot: u32,
+    pub shift: u8,
+    pub cell: CellId,
+    pub pin: &'static str,
+    pub net: NetId,
+}
+
+/// A delay.
+#[derive(Clone, Debug)]
+pub(super) struct DelayCell {
+    pub kind: CellKind,
+    pub input: Vec<(u32, u32, u32)>,
+    pub y: u32,
+    pub width: u32,
+}
+
+/// What a change of a slot wakes.
+#[derive(Clone, Copy, Default, Debug)]
+pub(super) struct Meta {
+    pub fan_start: u32,
+    pub fan_end: u32,
+    /// Number among the hooks, where a flag says that it has one.
+    pub hook: u32,
+    pub flags: u8,
+}
+
+/// Bits of [`Meta::flags`].
+pub(super) mod flag {
+    pub const CLOCK: u8 = 1;
+    pub const CONTROL: u8 = 2;
+    pub const DELAY: u8 = 4;
+    pub const OBSERVED: u8 = 8;
+    pub const CHANGED: u8 = 16;
+}
+
+/// Clock pins, control pins and delays that a slot is read by, as ranges of `Program::hooked`.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Hook {
+    pub clocks: Range<usize>,
+    pub controls: Range<usize>,
+    pub delays: Range<usize>,
+}
+
+/// Dirty bits that a change sets.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Wake {
+    pub word: u32,
+    pub mask: u64,
+}
+
+#[derive(Debug, Default)]
+pub(super) struct Program {
+    pub ops: Vec<Op>,
+    /// Operands of operations with many, each with its width.
+    pub pool: Vec<(Operand, u32)>,
+    pub groups: Vec<Range<usize>>,
+    /// Slots written in each group.
+    pub group_slots: Vec<Vec<u32>>,
+    pub stores: Vec<Store>,
+    pub generals: Vec<General>,
+    pub clocks: Vec<ClockPin>,
+    pub controls: Vec<ControlPin>,
+    pub delays: Vec<DelayCell>,
+    pub wakes: Vec<Wake>,
+    pub hooks: Vec<Hook>,
+    pub hooked: Vec<u32>,
+    /// First slot of each net, and one past the last.
+    pub net_slot: Vec<u32>,
+    /// Net of each slot.
+    pub slot_net: Vec<u32>,
+    /// Clock cells: slot and parameters.
+    pub clock_cells: Vec<(u32, crate::cell::Clock)>,
+    /// The readers of each slot.
+    pub meta: Vec<Meta>,
+    pub initial: Vec<Word>,
+}

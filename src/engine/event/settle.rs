@@ -1,0 +1,181 @@
+//! One wave: combinational operations settle, then storage cells whose clock made its edge sample together, and again
+//! until nothing changes.
+
+use super::eval::{State, bit_of};
+use super::program::Program;
+use crate::value::Word;
+
+/// A wave that does not end.
+#[derive(Debug)]
+pub(super) struct Oscillation {
+    /// Slots that keep changing.
+    pub slots: Vec<u32>,
+    pub clocked: bool,
+}
+
+/// Steps of a feedback group before cycles are looked for. Honest feedback settles in about as many as the loop is long.
+const PATIENCE: usize = 64;
+/// Steps of a feedback group, and rounds of clock edges within one wave, after which it counts as endless.
+const ENDLESS: usize = 1_000_000;
+
+impl State {
+    pub fn settle(&mut self, p: &Program) -> Result<(), Oscillation> {
+        let mut rounds = 0;
+        loop {
+            self.combinational(p)?;
+            if self.pending.is_empty() {
+                return Ok(());
+            }
+            self.edges(p);
+            rounds += 1;
+            if rounds >= ENDLESS + 8 {
+                return Err(self.clock_oscillation(p));
+            }
+            self.take(p);
+        }
+    }
+
+    /// Runs dirty operations in order until there are none.
+    #[inline(always)]
+    fn combinational(&mut self, p: &Program) -> Result<(), Oscillation> {
+        while let Some(s) = self.summary.iter().position(|&word| word != 0) {
+            while self.summary[s] != 0 {
+                let word = s * 64 + self.summary[s].trailing_zeros() as usize;
+                while self.dirty[word] != 0 {
+                    let number = word * 64 + self.dirty[word].trailing_zeros() as usize;
+                    match p.ops[number].group {
+                        0 => {
+                            self.dirty[word] &= self.dirty[word] - 1;
+                            self.run::<false>(p, number);
+                        }
+                        group => self.feedback(p, group as usize - 1)?,
+                    }
+                }
+                self.summary[s] &= !(1 << (word % 64));
+            }
+        }
+        Ok(())
+    }
+
+    /// Collects and clears the dirty operations of a group.
+    fn collect(&mut self, p: &Program, group: usize) {
+        self.batch.clear();
+        let range = &p.groups[group];
+        for word in range.start / 64..=(range.end - 1) / 64 {
+            let low = if word == range.start / 64 { !0 << (range.start % 64) } else { !0 };
+            let high = if word == (range.end - 1) / 64 { !0 >> (63 - (range.end - 1) % 64) } else { !0 };
+            let mut bits = self.dirty[word] & low & high;
+            self.dirty[word] &= !bits;
+            while bits != 0 {
+                self.batch.push((word * 64) as u32 + bits.trailing_zeros());
+                bits &= bits - 1;
+            }
+        }
+    }
+
+    /// One step of a group; all its operations see the values before it. Returns whether there was anything to do.
+    fn step(&mut self, p: &Program, group: usize) -> bool {
+        self.collect(p, group);
+        for i in 0..self.batch.len() {
+            self.run::<true>(p, self.batch[i] as usize);
+        }
+        self.take(p);
+        !self.batch.is_empty()
+    }
+
+    /// Iterates a feedback group until it settles, or until its state repeats (Brent's cycle detection), which is proof
+    /// that it never will.
+    fn feedback(&mut self, p: &Program, group: usize) -> Result<(), Oscillation> {
+        for _ in 0..PATIENCE {
+            if !self.step(p, group) {
+                return Ok(());
+            }
+        }
+        let slots = p.group_slots[group].clone();
+        let snapshot = |s: &State| -> Vec<Word> { slots.iter().map(|&slot| s.slots[slot as usize]).collect() };
+        let mut old = snapshot(self);
+        let mut next_snapshot = 1;
+        for step in 1..ENDLESS {
+            if !self.step(p, group) {
+                return Ok(());
+            }
+            let same = slots.iter().zip(&old).all(|(&slot, w)| self.slots[slot as usize] == *w);
+            if same {
+                break;
+            }
+            if step == next_snapshot {
+                old = snapshot(self);
+                next_snapshot *= 2;
+            }
+        }
+        Err(self.gate_oscillation(p, group))
+    }
+
+    /// The slots that change while a group goes round once more.
+    fn gate_oscillation(&mut self, p: &Program, group: usize) -> Oscillation {
+        let slots = p.group_slots[group].clone();
+        let start: Vec<Word> = slots.iter().map(|&slot| self.slots[slot as usize]).collect();
+        let mut changing = vec![false; slots.len()];
+        for _ in 0..4096 {
+            let before: Vec<Word> = slots.iter().map(|&slot| self.slots[slot as usize]).collect();
+            self.step(p, group);
+            let now = || slots.iter().map(|&slot| self.slots[slot as usize]);
+            now().zip(&before).zip(&mut changing).for_each(|((now, before), changing)| *changing |= now != *before);
+            if now().eq(start.iter().copied()) {
+                break;
+            }
+        }
+        let slots = slots.into_iter().zip(changing).filter(|(_, c)| *c).map(|(slot, _)| slot).collect();
+        Oscillation { slots, clocked: false }
+    }
+
+    /// The slots that clocked cells keep changing.
+    fn clock_oscillation(&mut self, p: &Program) -> Oscillation {
+        let mut slots = Vec::new();
+        for _ in 0..64 {
+            slots.extend(self.staged.iter().filter(|(slot, new)| self.slots[*slot as usize] != *new).map(|s| s.0));
+            self.take(p);
+            if self.combinational(p).is_err() {
+                break;
+            }
+            self.edges(p);
+        }
+        slots.sort_unstable();
+        slots.dedup();
+        Oscillation { slots, clocked: true }
+    }
+
+    /// Finds the edges made since the last time, and stages what the cells clocked by them take.
+    #[inline(always)]
+    fn edges(&mut self, p: &Program) {
+        for i in 0..self.pending.len() {
+            let number = self.pending[i] as usize;
+            let pin = &p.clocks[number];
+            let new = bit_of(self.slots[pin.slot as usize], pin.shift);
+            let watch = &mut self.watches[number];
+            watch.pending = false;
+            let old = std::mem::replace(&mut watch.old, new).read();
+            let new = new.read();
+            if !watch.seen {
+                watch.seen = new.u == 0;
+                continue;
+            }
+            let list = if old == new {
+                continue;
+            } else if old.is_zero() || new.is_one() {
+                &pin.rising
+            } else {
+                &pin.falling
+            };
+            for &store in list {
+                self.sample(p, store);
+            }
+            if old.is_zero() && new.u != 0 {
+                for &store in &pin.unknown {
+                    self.sample(p, store);
+                }
+            }
+        }
+        self.pending.clear();
+    }
+}

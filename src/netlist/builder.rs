@@ -1,0 +1,656 @@
+//! Builds a netlist from named vectors of bits and cells between them, and finds what is wrong with the wiring.
+//!
+//! Names are hierarchical views: a port of an instance is another name for bits of its parent. [`Builder::finish`]
+//! joins the bits that one output pin drives into one net, so that words stay whole.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use super::{Cell, CellId, Direction, Driver, Net, NetId, Netlist, Scope, ScopeId, Signal, SignalId, Slice, Timescale};
+use crate::Value;
+use crate::cell::{AddOp, CellKind, Edge, Flop, GateOp};
+
+/// A vector of bits of a netlist under construction; cheap to clone, bit 0 first.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Bus {
+    parts: Vec<Part>,
+}
+
+/// `width` bits from bit number `bit` of the builder.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Part {
+    bit: u32,
+    width: u32,
+}
+
+impl Bus {
+    /// Bits.
+    #[must_use]
+    pub fn width(&self) -> u32 {
+        self.parts.iter().map(|p| p.width).sum()
+    }
+
+    /// `width` bits from bit `lo` up.
+    ///
+    /// # Panics
+    /// If the bus has no such bits.
+    #[must_use]
+    pub fn slice(&self, lo: u32, width: u32) -> Bus {
+        assert!(
+            lo.checked_add(width).is_some_and(|end| end <= self.width()),
+            "bits {lo}+{width} of a bus of {}",
+            self.width()
+        );
+        let mut parts = Vec::new();
+        let (mut skip, mut left) = (lo, width);
+        for p in &self.parts {
+            if left == 0 {
+                break;
+            }
+            if skip >= p.width {
+                skip -= p.width;
+                continue;
+            }
+            let take = (p.width - skip).min(left);
+            parts.push(Part { bit: p.bit + skip, width: take });
+            left -= take;
+            skip = 0;
+        }
+        Bus { parts }
+    }
+
+    /// One bit.
+    ///
+    /// # Panics
+    /// If the bus has no such bit.
+    #[must_use]
+    pub fn bit(&self, index: u32) -> Bus {
+        self.slice(index, 1)
+    }
+
+    /// Adds bits above these.
+    pub fn append(&mut self, high: &Bus) {
+        for &p in &high.parts {
+            match self.parts.last_mut() {
+                Some(last) if last.bit + last.width == p.bit => last.width += p.width,
+                _ => self.parts.push(p),
+            }
+        }
+    }
+
+    /// Buses one after another, the first in the low bits.
+    #[must_use]
+    pub fn concat<'a>(low_first: impl IntoIterator<Item = &'a Bus>) -> Bus {
+        let mut all = Bus::default();
+        for bus in low_first {
+            all.append(bus);
+        }
+        all
+    }
+
+    fn bits(&self) -> impl Iterator<Item = u32> + '_ {
+        self.parts.iter().flat_map(|p| p.bit..p.bit + p.width)
+    }
+}
+
+/// Something wrong, or doubtful, in the wiring.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Fault {
+    /// A pin is connected to a vector of another width.
+    Width {
+        /// The cell.
+        cell: CellId,
+        /// The pin's name.
+        pin: &'static str,
+        /// The pin's width.
+        expected: u32,
+        /// The width of what it is connected to.
+        found: u32,
+    },
+    /// Bits that several cells, not all tri-state, drive.
+    SeveralDrivers {
+        /// The signal.
+        signal: SignalId,
+        /// Its lowest such bit.
+        bit: u32,
+        /// The drivers of that bit.
+        drivers: Vec<Driver>,
+    },
+    /// Bits that are read and that nothing drives.
+    Undriven {
+        /// The signal.
+        signal: SignalId,
+        /// The lowest such bit.
+        lo: u32,
+        /// How many there are from it up.
+        width: u32,
+    },
+    /// A signal that nothing reads (a warning).
+    Unread {
+        /// The signal.
+        signal: SignalId,
+        /// Whether anything drives it.
+        driven: bool,
+    },
+    /// A constant that a cell drives.
+    DrivenConstant {
+        /// The cell.
+        cell: CellId,
+        /// The pin's name.
+        pin: &'static str,
+    },
+    /// A required input that is left open.
+    Open {
+        /// The cell.
+        cell: CellId,
+        /// The pin's name.
+        pin: &'static str,
+    },
+}
+
+impl Fault {
+    /// Whether the netlist can be run in spite of it.
+    #[must_use]
+    pub fn is_warning(&self) -> bool {
+        matches!(self, Fault::Unread { .. })
+    }
+}
+
+struct Named {
+    signal: Signal,
+    bus: Bus,
+    /// Declared here rather than a name for bits declared elsewhere.
+    owner: bool,
+}
+
+struct Draft {
+    kind: CellKind,
+    name: String,
+    scope: ScopeId,
+    inputs: Vec<Bus>,
+    outputs: Vec<Bus>,
+}
+
+/// Builds a [`Netlist`].
+///
+/// ```
+/// use discreta::netlist::Builder;
+/// let mut b = Builder::new("toggle");
+/// let clk = b.input("clk", 1);
+/// let q = b.output("q", 1);
+/// let not_q = b.not("inverter", &q);
+/// b.dff("ff", &clk, &not_q, &q);
+/// let netlist = b.finish().unwrap();
+/// assert_eq!(netlist.cells().len(), 2);
+/// ```
+pub struct Builder {
+    timescale: Timescale,
+    bits: u32,
+    scopes: Vec<Scope>,
+    signals: Vec<Named>,
+    cells: Vec<Draft>,
+    constants: HashMap<Value, Bus>,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl Builder {
+    /// An empty netlist whose top scope has this name.
+    #[must_use]
+    pub fn new(top: &str) -> Builder {
+        Builder {
+            timescale: Timescale::default(),
+            bits: 0,
+            scopes: vec![Scope { name: top.into(), parent: None }],
+            signals: Vec::new(),
+            cells: Vec::new(),
+            constants: HashMap::new(),
+        }
+    }
+
+    /// Sets what a tick is; 1 ns otherwise.
+    pub fn set_timescale(&mut self, timescale: Timescale) {
+        self.timescale = timescale;
+    }
+
+    /// The scope of the top module.
+    #[must_use]
+    pub fn top(&self) -> ScopeId {
+        ScopeId(0)
+    }
+
+    /// How many cells there are so far.
+    #[must_use]
+    pub fn cell_count(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// How many bits are declared so far.
+    #[must_use]
+    pub fn bit_count(&self) -> u32 {
+        self.bits
+    }
+
+    /// A scope within another.
+    pub fn scope(&mut self, parent: ScopeId, name: &str) -> ScopeId {
+        self.scopes.push(Scope { name: name.into(), parent: Some(parent) });
+        ScopeId::new(self.scopes.len() - 1)
+    }
+
+    fn fresh(&mut self, width: u32) -> Bus {
+        let bit = self.bits;
+        self.bits = bit.checked_add(width).filter(|&b| b < NONE).expect("a netlist has fewer than 2^32 bits");
+        Bus { parts: if width == 0 { vec![] } else { vec![Part { bit, width }] } }
+    }
+
+    /// Declares a net of new bits.
+    pub fn declare(
+        &mut self,
+        scope: ScopeId,
+        name: &str,
+        width: u32,
+        signed: bool,
+        port: Option<Direction>,
+    ) -> (SignalId, Bus) {
+        let bus = self.fresh(width);
+        let id = self.push_signal(scope, name, bus.clone(), signed, port, true);
+        (id, bus)
+    }
+
+    /// Another name for bits that are declared elsewhere.
+    pub fn alias(&mut self, scope: ScopeId, name: &str, bus: &Bus, signed: bool) -> SignalId {
+        self.push_signal(scope, name, bus.clone(), signed, None, false)
+    }
+
+    fn push_signal(
+        &mut self,
+        scope: ScopeId,
+        name: &str,
+        bus: Bus,
+        signed: bool,
+        port: Option<Direction>,
+        owner: bool,
+    ) -> SignalId {
+        let signal = Signal {
+            name: name.into(),
+            scope,
+            width: bus.width(),
+            signed,
+            port,
+            drive: None,
+            first_slice: 0,
+            slices: 0,
+        };
+        self.signals.push(Named { signal, bus, owner });
+        SignalId::new(self.signals.len() - 1)
+    }
+
+    /// Declares an input of the circuit.
+    pub fn input(&mut self, name: &str, width: u32) -> Bus {
+        self.declare(self.top(), name, width, false, Some(Direction::Input)).1
+    }
+
+    /// Declares an output of the circuit.
+    pub fn output(&mut self, name: &str, width: u32) -> Bus {
+        self.declare(self.top(), name, width, false, Some(Direction::Output)).1
+    }
+
+    /// Declares a net in the top scope.
+    pub fn net(&mut self, name: &str, width: u32) -> Bus {
+        self.declare(self.top(), name, width, false, None).1
+    }
+
+    /// The bits of a constant.
+    pub fn constant(&mut self, value: &Value) -> Bus {
+        if let Some(bus) = self.constants.get(value) {
+            return bus.clone();
+        }
+        let bus = self.fresh(value.width());
+        self.cells.push(Draft {
+            kind: CellKind::Constant(Box::new(value.clone())),
+            name: value.to_string(),
+            scope: self.top(),
+            inputs: vec![],
+            outputs: vec![bus.clone()],
+        });
+        self.constants.insert(value.clone(), bus.clone());
+        bus
+    }
+
+    /// Adds a cell. Its pins are connected in the order of [`CellKind::inputs`] and [`CellKind::outputs`]; an empty
+    /// bus, or one that is missing at the end, leaves a pin open.
+    pub fn cell(&mut self, scope: ScopeId, name: &str, kind: CellKind, inputs: Vec<Bus>, outputs: Vec<Bus>) -> CellId {
+        self.cells.push(Draft { kind, name: name.into(), scope, inputs, outputs });
+        CellId::new(self.cells.len() - 1)
+    }
+
+    /// Adds a gate in the top scope; all inputs have the width of the first. Returns its output.
+    ///
+    /// # Panics
+    /// If there is no input.
+    pub fn gate(&mut self, name: &str, op: GateOp, inputs: &[&Bus]) -> Bus {
+        let width = inputs[0].width();
+        let y = self.fresh(width);
+        let kind = CellKind::Gate { op, width, inputs: inputs.len() as u32 };
+        self.cell(self.top(), name, kind, vec![Bus::concat(inputs.iter().copied())], vec![y.clone()]);
+        y
+    }
+
+    /// Adds an inverter in the top scope and returns its output.
+    pub fn not(&mut self, name: &str, a: &Bus) -> Bus {
+        self.gate(name, GateOp::Not, &[a])
+    }
+
+    /// Adds an adder in the top scope and returns sum and carry.
+    pub fn adder(&mut self, name: &str, a: &Bus, b: &Bus) -> (Bus, Bus) {
+        let width = a.width();
+        let (y, co) = (self.fresh(width), self.fresh(1));
+        let kind = CellKind::Adder { op: AddOp::Add, width };
+        self.cell(self.top(), name, kind, vec![a.clone(), b.clone()], vec![y.clone(), co.clone()]);
+        (y, co)
+    }
+
+    /// Adds a D flip-flop in the top scope that samples `d` into `q` at the rising edge of `clk`; its state is x until
+    /// the first one.
+    pub fn dff(&mut self, name: &str, clk: &Bus, d: &Bus, q: &Bus) -> CellId {
+        let x = Value::unknown(q.width());
+        let flop = Flop { edge: Edge::Rising, set_value: x.clone(), reset_value: x.clone(), init: x };
+        self.cell(self.top(), name, CellKind::Flop(Box::new(flop)), vec![clk.clone(), d.clone()], vec![q.clone()])
+    }
+
+    /// The netlist.
+    ///
+    /// # Errors
+    /// With every fault of the wiring, if there is one.
+    pub fn finish(self) -> Result<Netlist, Vec<Fault>> {
+        let mut faults = Vec::new();
+        let netlist = self.finish_with(&mut faults);
+        faults.retain(|f| !f.is_warning());
+        if faults.is_empty() { Ok(netlist) } else { Err(faults) }
+    }
+
+    /// The netlist, with x for whatever nothing drives, and every fault and warning.
+    pub fn finish_with(mut self, faults: &mut Vec<Fault>) -> Netlist {
+        self.check_pins(faults);
+        let mut join = Join::new(self.bits);
+        let outer = self.join_inputs(&mut join);
+        self.join_outputs(&mut join, faults);
+        self.report_conflicts(&mut join, faults);
+        self.tie_undriven(&mut join, faults);
+        let nets_of_cells = join.nets.len();
+        let resolvers = join.resolve();
+
+        let mut netlist = Netlist {
+            timescale: self.timescale,
+            scopes: self.scopes,
+            pin_ends: vec![0],
+            nets: join.nets.clone(),
+            ..Netlist::default()
+        };
+        let first_cell = self.cells.len();
+        for (draft, first_output) in self.cells.into_iter().zip(&join.first_outputs) {
+            let first_pin = netlist.pin_ends.len() as u32 - 1;
+            for pin in 0..draft.kind.inputs().len() {
+                if let Some(bus) = draft.inputs.get(pin) {
+                    join.slices(bus, &mut netlist.slices);
+                }
+                netlist.pin_ends.push(netlist.slices.len() as u32);
+            }
+            netlist.cells.push(Cell {
+                kind: draft.kind,
+                name: draft.name,
+                scope: draft.scope,
+                first_pin,
+                first_output: *first_output,
+            });
+        }
+        for (i, (width, drivers)) in resolvers.into_iter().enumerate() {
+            let first_pin = netlist.pin_ends.len() as u32 - 1;
+            let kind = CellKind::Resolve { width, inputs: drivers.len() as u32 };
+            for (net, lo) in drivers {
+                netlist.slices.push(Slice { net, lo, width });
+            }
+            netlist.pin_ends.push(netlist.slices.len() as u32);
+            netlist.cells.push(Cell {
+                kind,
+                name: format!("resolve${i}"),
+                scope: ScopeId(0),
+                first_pin,
+                first_output: NetId::new(nets_of_cells + i),
+            });
+            debug_assert_eq!(netlist.nets[nets_of_cells + i].driver, Driver::Cell(CellId::new(first_cell + i), 0));
+        }
+        for (named, drive) in self.signals.into_iter().zip(outer) {
+            let first_slice = netlist.signal_slices.len() as u32;
+            join.slices(&named.bus, &mut netlist.signal_slices);
+            let slices = netlist.signal_slices.len() as u32 - first_slice;
+            netlist.signals.push(Signal { drive, first_slice, slices, ..named.signal });
+        }
+        netlist
+    }
+
+    fn check_pins(&self, faults: &mut Vec<Fault>) {
+        for (i, draft) in self.cells.iter().enumerate() {
+            let cell = CellId::new(i);
+            let ins = draft
+                .kind
+                .inputs()
+                .iter()
+                .enumerate()
+                .map(|(k, p)| (p.name, draft.inputs.get(k), draft.kind.input_width(k), needs(&draft.kind, k)));
+            let outs = draft
+                .kind
+                .outputs()
+                .iter()
+                .enumerate()
+                .map(|(k, &name)| (name, draft.outputs.get(k), draft.kind.output_width(k), false));
+            for (pin, bus, expected, required) in ins.chain(outs) {
+                let found = bus.map_or(0, Bus::width);
+                if found == 0 && required {
+                    faults.push(Fault::Open { cell, pin });
+                } else if found != expected && found != 0 {
+                    faults.push(Fault::Width { cell, pin, expected, found });
+                }
+            }
+        }
+    }
+
+    /// A net for each input; for each signal the net through which it is driven from outside.
+    fn join_inputs(&mut self, join: &mut Join) -> Vec<Option<NetId>> {
+        let mut outer = vec![None; self.signals.len()];
+        for (i, named) in self.signals.iter().enumerate() {
+            if named.owner && matches!(named.signal.port, Some(Direction::Input | Direction::Inout)) {
+                let tristate = named.signal.port == Some(Direction::Inout);
+                let net = join.drive(&named.bus, named.signal.width, Driver::Input(SignalId::new(i)), tristate);
+                outer[i] = Some(net);
+            }
+        }
+        outer
+    }
+
+    fn join_outputs(&mut self, join: &mut Join, faults: &mut Vec<Fault>) {
+        let constants: Vec<u32> = self.constants.values().flat_map(Bus::bits).collect();
+        let mut constant = vec![false; self.bits as usize];
+        for bit in constants {
+            constant[bit as usize] = true;
+        }
+        for (i, draft) in self.cells.iter().enumerate() {
+            join.first_outputs.push(NetId::new(join.nets.len()));
+            let tristate = matches!(draft.kind, CellKind::Tristate { .. });
+            let is_constant = matches!(draft.kind, CellKind::Constant(_));
+            for (pin, name) in draft.kind.outputs().iter().enumerate() {
+                let open = Bus::default();
+                let bus = draft.outputs.get(pin).unwrap_or(&open);
+                if !is_constant && bus.bits().any(|b| constant[b as usize]) {
+                    faults.push(Fault::DrivenConstant { cell: CellId::new(i), pin: name });
+                    join.drive(&open, draft.kind.output_width(pin), Driver::Cell(CellId::new(i), pin as u8), false);
+                    continue;
+                }
+                join.drive(bus, draft.kind.output_width(pin), Driver::Cell(CellId::new(i), pin as u8), tristate);
+            }
+        }
+    }
+
+    fn report_conflicts(&self, join: &mut Join, faults: &mut Vec<Fault>) {
+        if join.conflicts.is_empty() {
+            return;
+        }
+        // owners are declared with rising bit numbers
+        let owners = self.signals.iter().enumerate().filter(|(_, n)| n.owner);
+        let owners: Vec<(u32, usize)> = owners.filter_map(|(i, n)| Some((n.bus.parts.first()?.bit, i))).collect();
+        let mut seen = HashSet::new();
+        for (&bit, drivers) in &join.conflicts {
+            let drivers: Vec<Driver> = drivers.iter().map(|&(net, _)| join.nets[net.index()].driver).collect();
+            let Some(&(first, i)) = owners[..owners.partition_point(|&(first, _)| first <= bit)].last() else {
+                continue;
+            };
+            let (signal, offset) = (SignalId::new(i), bit - first);
+            if offset < self.signals[i].signal.width && seen.insert((signal, drivers.clone())) {
+                faults.push(Fault::SeveralDrivers { signal, bit: offset, drivers });
+            }
+        }
+    }
+
+    /// Reports bits that are read but not driven, and signals that are not read; ties bits that nothing drives to x.
+    fn tie_undriven(&mut self, join: &mut Join, faults: &mut Vec<Fault>) {
+        let mut read = vec![false; self.bits as usize];
+        let outputs =
+            self.signals.iter().filter(|n| matches!(n.signal.port, Some(Direction::Output | Direction::Inout)));
+        for bit in self.cells.iter().flat_map(|c| &c.inputs).chain(outputs.map(|n| &n.bus)).flat_map(Bus::bits) {
+            read[bit as usize] = true;
+        }
+        let mut ties = Vec::new();
+        for (i, named) in self.signals.iter().enumerate().filter(|(_, n)| n.owner) {
+            let signal = SignalId::new(i);
+            let bits: Vec<u32> = named.bus.bits().collect();
+            if !bits.iter().any(|&b| read[b as usize]) {
+                let driven = bits.iter().any(|&b| join.is_driven(b));
+                faults.push(Fault::Unread { signal, driven });
+            }
+            let mut at = 0;
+            while at < bits.len() {
+                let kind = |b: u32| (join.is_driven(b), read[b as usize]);
+                let run = bits[at..].iter().take_while(|&&b| kind(b) == kind(bits[at])).count();
+                if !join.is_driven(bits[at]) {
+                    let (lo, width) = (at as u32, run as u32);
+                    if read[bits[at] as usize] {
+                        faults.push(Fault::Undriven { signal, lo, width });
+                    }
+                    ties.push((named.signal.scope, named.bus.slice(lo, width)));
+                }
+                at += run;
+            }
+        }
+        for (scope, bus) in ties {
+            let kind = CellKind::Constant(Box::new(Value::unknown(bus.width())));
+            join.first_outputs.push(NetId::new(join.nets.len()));
+            join.drive(&bus, bus.width(), Driver::Cell(CellId::new(self.cells.len()), 0), false);
+            self.cells.push(Draft { kind, name: "undriven".into(), scope, inputs: vec![], outputs: vec![bus] });
+        }
+        join.cells = self.cells.len();
+    }
+}
+
+/// Whether a pin has no sensible default.
+fn needs(kind: &CellKind, pin: usize) -> bool {
+    match kind {
+        CellKind::Counter(_) => pin == 0,
+        CellKind::Flop(_) | CellKind::Latch(_) | CellKind::Accumulator(_) => pin <= 1,
+        CellKind::Adder { op: AddOp::AddSub, .. } => pin != 2,
+        CellKind::Adder { .. } => pin <= 1,
+        _ => true,
+    }
+}
+
+/// The nets, each with the bit of it, that drive one bit.
+type Sharers = Vec<(NetId, u32)>;
+
+/// Which net, and which bit of it, drives each bit.
+struct Join {
+    net: Vec<u32>,
+    offset: Vec<u32>,
+    nets: Vec<Net>,
+    tristate: Vec<bool>,
+    first_outputs: Vec<NetId>,
+    /// Bits with several tri-state drivers.
+    shared: BTreeMap<u32, Sharers>,
+    /// Bits with several drivers that cannot share.
+    conflicts: BTreeMap<u32, Sharers>,
+    cells: usize,
+}
+
+impl Join {
+    fn new(bits: u32) -> Join {
+        Join {
+            net: vec![NONE; bits as usize],
+            offset: vec![0; bits as usize],
+            nets: Vec::new(),
+            tristate: Vec::new(),
+            first_outputs: Vec::new(),
+            shared: BTreeMap::new(),
+            conflicts: BTreeMap::new(),
+            cells: 0,
+        }
+    }
+
+    fn is_driven(&self, bit: u32) -> bool {
+        self.net[bit as usize] != NONE
+    }
+
+    /// A new net that drives the bits of a bus.
+    fn drive(&mut self, bus: &Bus, width: u32, driver: Driver, tristate: bool) -> NetId {
+        let net = NetId::new(self.nets.len());
+        self.nets.push(Net { width, driver });
+        self.tristate.push(tristate);
+        for (offset, bit) in bus.bits().enumerate() {
+            let (at, offset) = (bit as usize, offset as u32);
+            if self.net[at] == NONE {
+                self.net[at] = net.0;
+                self.offset[at] = offset;
+                continue;
+            }
+            let other = (NetId(self.net[at]), self.offset[at]);
+            let list = if tristate && self.tristate[other.0.index()] { &mut self.shared } else { &mut self.conflicts };
+            list.entry(bit).or_insert_with(|| vec![other]).push((net, offset));
+        }
+        net
+    }
+
+    /// Gives runs of shared bits a net of their own; returns, for each, its width and the drivers' nets and offsets.
+    fn resolve(&mut self) -> Vec<(u32, Sharers)> {
+        let mut runs: Vec<(u32, u32, Sharers)> = Vec::new();
+        for (bit, drivers) in std::mem::take(&mut self.shared) {
+            if let Some((first, width, before)) = runs.last_mut() {
+                let next = before.len() == drivers.len()
+                    && before.iter().zip(&drivers).all(|(a, b)| a.0 == b.0 && a.1 + *width == b.1);
+                if *first + *width == bit && next {
+                    *width += 1;
+                    continue;
+                }
+            }
+            runs.push((bit, 1, drivers));
+        }
+        let first_cell = self.cells;
+        for (i, (first, width, _)) in runs.iter().enumerate() {
+            let net = NetId::new(self.nets.len());
+            self.nets.push(Net { width: *width, driver: Driver::Cell(CellId::new(first_cell + i), 0) });
+            for offset in 0..*width {
+                self.net[(first + offset) as usize] = net.0;
+                self.offset[(first + offset) as usize] = offset;
+            }
+        }
+        runs.into_iter().map(|(_, width, drivers)| (width, drivers)).collect()
+    }
+
+    /// The bits of a bus as slices of nets.
+    fn slices(&self, bus: &Bus, out: &mut Vec<Slice>) {
+        let start = out.len();
+        for bit in bus.bits() {
+            let (net, lo) = (NetId(self.net[bit as usize]), self.offset[bit as usize]);
+            debug_assert_ne!(net.0, NONE, "every bit is driven or tied");
+            match out[start..].last_mut() {
+                Some(last) if last.net == net && last.lo + last.width == lo => last.width += 1,
+                _ => out.push(Slice { net, lo, width: 1 }),
+            }
+        }
+    }
+}

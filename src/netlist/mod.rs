@@ -1,0 +1,257 @@
+//! The flat netlist: nets, cells, and the scopes and names through which people see them.
+//!
+//! A netlist is immutable once built, and every net has exactly one driver. All that follows (checks, engines, waves)
+//! reads it and nothing upstream of it: it knows neither files nor engines.
+
+mod builder;
+mod constant;
+mod id;
+mod order;
+
+use crate::cell::CellKind;
+pub use crate::scenario::Timescale;
+
+pub use builder::{Builder, Bus, Fault};
+pub use constant::Constants;
+pub use id::{CellId, NetId, ScopeId, SignalId};
+pub use order::{Loop, Order};
+
+/// `width` bits of a net from bit `lo` up.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Slice {
+    /// The net.
+    pub net: NetId,
+    /// The lowest bit.
+    pub lo: u32,
+    /// How many bits.
+    pub width: u32,
+}
+
+/// What drives a net.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Driver {
+    /// Output pin `.1` of a cell.
+    Cell(CellId, u8),
+    /// The circuit's input of this name.
+    Input(SignalId),
+}
+
+/// A net.
+#[derive(Clone, Copy, Debug)]
+pub struct Net {
+    /// Bits.
+    pub width: u32,
+    /// What drives it.
+    pub driver: Driver,
+}
+
+/// A cell of the netlist; its pins are read through [`Netlist`].
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// What it does.
+    pub kind: CellKind,
+    /// The name within its scope.
+    pub name: String,
+    /// Where it stands.
+    pub scope: ScopeId,
+    first_pin: u32,
+    first_output: NetId,
+}
+
+/// A scope.
+#[derive(Clone, Debug)]
+pub struct Scope {
+    /// The name within the parent.
+    pub name: String,
+    /// The scope around it; none around the top.
+    pub parent: Option<ScopeId>,
+}
+
+/// Which way a port of the circuit goes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Direction {
+    /// Driven from outside.
+    Input,
+    /// Driven by the circuit.
+    Output,
+    /// Driven by the circuit's tri-state cells.
+    Inout,
+}
+
+/// A named vector of bits, most of them a whole net.
+#[derive(Clone, Debug)]
+pub struct Signal {
+    /// The name within its scope.
+    pub name: String,
+    /// Where it is declared.
+    pub scope: ScopeId,
+    /// Bits.
+    pub width: u32,
+    /// Whether people read it in two's complement.
+    pub signed: bool,
+    /// Which way it goes, for a port of the top module.
+    pub port: Option<Direction>,
+    /// The net through which it is driven from outside, for an input or inout of the top module.
+    pub drive: Option<NetId>,
+    first_slice: u32,
+    slices: u32,
+}
+
+/// A netlist. Build one with [`Builder`] or load a circuit file.
+#[derive(Clone, Debug, Default)]
+pub struct Netlist {
+    timescale: Timescale,
+    nets: Vec<Net>,
+    cells: Vec<Cell>,
+    /// End of each pin's slices in `slices`, for all pins of all cells in order; the first entry is 0.
+    pin_ends: Vec<u32>,
+    slices: Vec<Slice>,
+    scopes: Vec<Scope>,
+    signals: Vec<Signal>,
+    signal_slices: Vec<Slice>,
+}
+
+impl Netlist {
+    /// What a tick is.
+    #[must_use]
+    pub fn timescale(&self) -> Timescale {
+        self.timescale
+    }
+
+    /// The nets.
+    #[must_use]
+    pub fn nets(&self) -> &[Net] {
+        &self.nets
+    }
+
+    /// The cells.
+    #[must_use]
+    pub fn cells(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    /// The scopes; the first is the top, and a parent comes before its children.
+    #[must_use]
+    pub fn scopes(&self) -> &[Scope] {
+        &self.scopes
+    }
+
+    /// The signals in the order of declaration.
+    #[must_use]
+    pub fn signals(&self) -> &[Signal] {
+        &self.signals
+    }
+
+    /// Every cell's number.
+    pub fn cell_ids(&self) -> impl ExactSizeIterator<Item = CellId> + use<> {
+        (0..self.cells.len() as u32).map(CellId)
+    }
+
+    /// Every signal's number.
+    pub fn signal_ids(&self) -> impl ExactSizeIterator<Item = SignalId> + use<> {
+        (0..self.signals.len() as u32).map(SignalId)
+    }
+
+    /// A cell.
+    #[must_use]
+    pub fn cell(&self, id: CellId) -> &Cell {
+        &self.cells[id.index()]
+    }
+
+    /// A net.
+    #[must_use]
+    pub fn net(&self, id: NetId) -> Net {
+        self.nets[id.index()]
+    }
+
+    /// A signal.
+    #[must_use]
+    pub fn signal(&self, id: SignalId) -> &Signal {
+        &self.signals[id.index()]
+    }
+
+    /// The bits of a signal, the least significant slice first.
+    #[must_use]
+    pub fn bits(&self, id: SignalId) -> &[Slice] {
+        let s = self.signal(id);
+        &self.signal_slices[s.first_slice as usize..(s.first_slice + s.slices) as usize]
+    }
+
+    /// What input pin `index` of a cell is connected to, the least significant slice first; empty if to nothing.
+    #[must_use]
+    pub fn input(&self, cell: CellId, index: usize) -> &[Slice] {
+        let pin = self.cell(cell).first_pin as usize + index;
+        &self.slices[self.pin_ends[pin] as usize..self.pin_ends[pin + 1] as usize]
+    }
+
+    /// The net that output pin `index` of a cell drives.
+    #[must_use]
+    pub fn output(&self, cell: CellId, index: usize) -> NetId {
+        NetId(self.cell(cell).first_output.0 + index as u32)
+    }
+
+    /// The path of a scope below the top, with a dot after it unless it is the top: `adder.fa[3].`.
+    fn prefix(&self, scope: ScopeId) -> String {
+        let scope = &self.scopes[scope.index()];
+        match scope.parent {
+            None => String::new(),
+            Some(parent) => format!("{}{}.", self.prefix(parent), scope.name),
+        }
+    }
+
+    /// The path of a signal below the top module: `f`, `adder.fa[3].s`.
+    #[must_use]
+    pub fn signal_path(&self, id: SignalId) -> String {
+        let s = self.signal(id);
+        format!("{}{}", self.prefix(s.scope), s.name)
+    }
+
+    /// The path of a cell below the top module.
+    #[must_use]
+    pub fn cell_path(&self, id: CellId) -> String {
+        let c = self.cell(id);
+        format!("{}{}", self.prefix(c.scope), c.name)
+    }
+
+    /// The signal of a path below the top module.
+    #[must_use]
+    pub fn find(&self, path: &str) -> Option<SignalId> {
+        // a scope's name may itself hold dots, so compare whole paths; used at set-up only
+        let name = path.rsplit('.').next()?;
+        let simple = self.signal_ids().find(|&id| self.signal(id).name == name && self.signal_path(id) == path);
+        simple.or_else(|| {
+            self.signal_ids().find(|&id| path.ends_with(&self.signal(id).name) && self.signal_path(id) == path)
+        })
+    }
+
+    /// A name for a net: the first signal that shows it, or the pin that drives it.
+    #[must_use]
+    pub fn net_name(&self, net: NetId) -> String {
+        let shown = self.signal_ids().find(|&id| self.bits(id).iter().any(|s| s.net == net));
+        match (shown, self.net(net).driver) {
+            (Some(id), _) => {
+                let whole = self.bits(id).len() == 1;
+                let name = self.signal_path(id);
+                if whole {
+                    return name;
+                }
+                let mut at = 0;
+                for s in self.bits(id) {
+                    if s.net == net {
+                        return if s.width == 1 {
+                            format!("{name}[{at}]")
+                        } else {
+                            format!("{name}[{}:{at}]", at + s.width - 1)
+                        };
+                    }
+                    at += s.width;
+                }
+                name
+            }
+            (None, Driver::Cell(cell, pin)) => {
+                format!("{}.{}", self.cell_path(cell), self.cell(cell).kind.outputs()[pin as usize])
+            }
+            (None, Driver::Input(signal)) => self.signal_path(signal),
+        }
+    }
+}

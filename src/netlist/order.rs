@@ -1,0 +1,257 @@
+//! The order in which cells can be evaluated, each after those it reads, and the feedback loops in which there is none.
+
+use std::collections::{HashMap, HashSet, VecDeque};
+
+use super::constant::Constants;
+use super::{CellId, Driver, NetId, Netlist};
+
+/// An evaluation order.
+#[derive(Clone, Debug, Default)]
+pub struct Order {
+    /// Every cell once, each after all that it reads at once, except within a group.
+    pub sequence: Vec<CellId>,
+    /// Ranges of `sequence` whose cells read each other in a circle.
+    pub groups: Vec<std::ops::Range<usize>>,
+}
+
+/// A circle of cells, each of which the next reads.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Loop {
+    /// The cells.
+    pub cells: Vec<CellId>,
+}
+
+/// For each cell, or net, the cells that read it, as a compressed adjacency list.
+pub(super) struct Readers {
+    start: Vec<u32>,
+    list: Vec<u32>,
+}
+
+impl Readers {
+    /// From a walk over the edges that calls what it is given with the two ends of each.
+    fn new(n: usize, walk: impl Fn(&mut dyn FnMut(usize, CellId))) -> Readers {
+        let mut start = vec![0u32; n + 1];
+        walk(&mut |from, _| start[from + 1] += 1);
+        for i in 0..n {
+            start[i + 1] += start[i];
+        }
+        let mut at = start.clone();
+        let mut list = vec![0; start[n] as usize];
+        walk(&mut |from, to| {
+            list[at[from] as usize] = to.0;
+            at[from] += 1;
+        });
+        Readers { start, list }
+    }
+
+    /// The cells that read a net.
+    pub(super) fn of(&self, net: NetId) -> &[u32] {
+        self.at(net.0)
+    }
+
+    fn at(&self, cell: u32) -> &[u32] {
+        &self.list[self.start[cell as usize] as usize..self.start[cell as usize + 1] as usize]
+    }
+}
+
+impl Netlist {
+    /// For each net the cells that read it.
+    pub(super) fn readers_of_nets(&self) -> Readers {
+        Readers::new(self.nets.len(), |f| {
+            for to in self.cell_ids() {
+                for pin in 0..self.cell(to).kind.inputs().len() {
+                    self.input(to, pin).iter().for_each(|s| f(s.net.index(), to));
+                }
+            }
+        })
+    }
+
+    /// For each cell those that a change of it can change at once.
+    fn readers_at_once(&self) -> Readers {
+        let constants = Constants::new(self);
+        Readers::new(self.cells.len(), |f| {
+            for to in self.cell_ids() {
+                let kind = &self.cell(to).kind;
+                for pin in 0..kind.inputs().len() {
+                    if !kind.acts_at_once(pin, |p| !self.input(to, p).iter().all(|s| constants.is_zero(s))) {
+                        continue;
+                    }
+                    for slice in self.input(to, pin).iter().filter(|s| !constants.covers(s)) {
+                        if let Driver::Cell(from, _) = self.net(slice.net).driver {
+                            f(from.index(), to);
+                        }
+                    }
+                }
+            }
+        })
+    }
+}
+
+impl Netlist {
+    /// An evaluation order, by Tarjan's strongly connected components (iterative: chains may be long).
+    #[must_use]
+    pub fn order(&self) -> Order {
+        const UNSEEN: u32 = u32::MAX;
+        let readers = self.readers_at_once();
+        let n = self.cells.len();
+        let (mut index, mut low) = (vec![UNSEEN; n], vec![0u32; n]);
+        let mut on_stack = vec![false; n];
+        let (mut stack, mut work): (Vec<u32>, Vec<(u32, u32)>) = (Vec::new(), Vec::new());
+        let mut next = 0;
+        let mut order = Order { sequence: Vec::with_capacity(n), groups: Vec::new() };
+        for root in 0..n as u32 {
+            if index[root as usize] != UNSEEN {
+                continue;
+            }
+            work.push((root, 0));
+            while let Some(&mut (cell, ref mut edge)) = work.last_mut() {
+                let c = cell as usize;
+                if *edge == 0 && index[c] == UNSEEN {
+                    (index[c], low[c]) = (next, next);
+                    next += 1;
+                    stack.push(cell);
+                    on_stack[c] = true;
+                }
+                if let Some(&to) = readers.at(cell).get(*edge as usize) {
+                    *edge += 1;
+                    if index[to as usize] == UNSEEN {
+                        work.push((to, 0));
+                    } else if on_stack[to as usize] {
+                        low[c] = low[c].min(index[to as usize]);
+                    }
+                    continue;
+                }
+                work.pop();
+                if let Some(&(parent, _)) = work.last() {
+                    low[parent as usize] = low[parent as usize].min(low[c]);
+                }
+                if low[c] == index[c] {
+                    let begin = order.sequence.len();
+                    while let Some(member) = stack.pop() {
+                        on_stack[member as usize] = false;
+                        order.sequence.push(CellId(member));
+                        if member == cell {
+                            break;
+                        }
+                    }
+                    let end = order.sequence.len();
+                    if end - begin > 1 || readers.at(cell).contains(&cell) {
+                        order.groups.push(begin..end);
+                    }
+                }
+            }
+        }
+        // components come out readers first
+        order.sequence.reverse();
+        for group in &mut order.groups {
+            *group = n - group.end..n - group.start;
+        }
+        order.groups.reverse();
+        order
+    }
+
+    /// One shortest circle for each group of cells that feed back on each other.
+    #[must_use]
+    pub fn loops(&self, order: &Order) -> Vec<Loop> {
+        if order.groups.is_empty() {
+            return Vec::new();
+        }
+        let readers = self.readers_at_once();
+        order.groups.iter().filter_map(|g| self.circle_among(&readers, &order.sequence[g.clone()])).collect()
+    }
+
+    /// A shortest circle among some cells, if they feed back on each other.
+    #[must_use]
+    pub fn circle(&self, cells: &[CellId]) -> Option<Loop> {
+        self.circle_among(&self.readers_at_once(), cells)
+    }
+
+    /// The shortest circle through the member that comes first by name of those that lie on one, which does not depend
+    /// on the order of cells.
+    fn circle_among(&self, readers: &Readers, members: &[CellId]) -> Option<Loop> {
+        let mut starts: Vec<CellId> = members.to_vec();
+        starts.sort_by_cached_key(|&c| self.cell_path(c));
+        let inside: HashSet<CellId> = members.iter().copied().collect();
+        starts.into_iter().find_map(|start| shortest_circle(readers, start, &inside))
+    }
+}
+
+/// The shortest circle from a cell through others back to it.
+fn shortest_circle(readers: &Readers, start: CellId, inside: &HashSet<CellId>) -> Option<Loop> {
+    let mut from: HashMap<CellId, CellId> = HashMap::new();
+    let mut queue = VecDeque::from([start]);
+    while let Some(cell) = queue.pop_front() {
+        for &to in readers.at(cell.0) {
+            let to = CellId(to);
+            if to == start {
+                let mut cells = vec![cell];
+                while let Some(&previous) = cells.last().and_then(|last| from.get(last)) {
+                    cells.push(previous);
+                }
+                cells.reverse();
+                return Some(Loop { cells });
+            }
+            if inside.contains(&to) && !from.contains_key(&to) {
+                from.insert(to, cell);
+                queue.push_back(to);
+            }
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::cell::GateOp;
+    use crate::netlist::{Builder, Netlist};
+
+    fn names(netlist: &Netlist) -> Vec<String> {
+        netlist.order().sequence.iter().map(|&c| netlist.cell(c).name.clone()).collect()
+    }
+
+    #[test]
+    fn cells_come_after_what_they_read() {
+        let mut b = Builder::new("top");
+        let (a, y) = (b.input("a", 1), b.output("y", 1));
+        let (m, n) = (b.net("m", 1), b.net("n", 1));
+        let not = |op| crate::cell::CellKind::Gate { op, width: 1, inputs: 1 };
+        let top = b.top();
+        b.cell(top, "third", not(GateOp::Not), vec![n.clone()], vec![y]);
+        b.cell(top, "second", not(GateOp::Not), vec![m.clone()], vec![n]);
+        b.cell(top, "first", not(GateOp::Not), vec![a], vec![m]);
+        let netlist = b.finish().unwrap();
+        assert_eq!(names(&netlist), ["first", "second", "third"]);
+        assert!(netlist.order().groups.is_empty());
+    }
+
+    #[test]
+    fn a_flip_flop_breaks_a_loop_and_a_latch_pair_does_not() {
+        let mut b = Builder::new("top");
+        let (s, r) = (b.input("s", 1), b.input("r", 1));
+        let (q, qn) = (b.output("q", 1), b.output("qn", 1));
+        let top = b.top();
+        let nor = crate::cell::CellKind::Gate { op: GateOp::Nor, width: 1, inputs: 2 };
+        b.cell(top, "b", nor.clone(), vec![crate::netlist::Bus::concat([&r, &qn])], vec![q.clone()]);
+        b.cell(top, "a", nor, vec![crate::netlist::Bus::concat([&s, &q])], vec![qn]);
+        let not_q = b.not("inv", &q);
+        let toggled = b.net("toggled", 1);
+        b.dff("ff", &s, &not_q, &toggled);
+        let netlist = b.finish().unwrap();
+        let order = netlist.order();
+        assert_eq!(order.groups.len(), 1);
+        let loops = netlist.loops(&order);
+        let path: Vec<_> = loops[0].cells.iter().map(|&c| netlist.cell(c).name.as_str()).collect();
+        assert_eq!(path, ["a", "b"]);
+    }
+
+    #[test]
+    fn a_chain_of_a_million_cells_does_not_overflow_the_stack() {
+        let mut b = Builder::new("top");
+        let mut bus = b.input("a", 1);
+        for _ in 0..1_000_000 {
+            bus = b.not("n", &bus);
+        }
+        let netlist = b.finish().unwrap();
+        assert_eq!(netlist.order().sequence.len(), 1_000_000);
+    }
+}

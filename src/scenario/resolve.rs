@@ -1,0 +1,449 @@
+//! A scenario with its names resolved: what drives which net when, what is watched, when it ends.
+
+use std::collections::HashSet;
+
+use globset::{GlobBuilder, GlobSet, GlobSetBuilder};
+
+use super::file::{Clock, Edge, Expect, Limit, Simulation, Stimulus, Until, ValueText};
+use crate::Value;
+use crate::cell::{CellKind, GateOp, Role};
+use crate::circuit::{Circuit, Name};
+use crate::diag::{Code, Diagnostic, Diagnostics, Span};
+use crate::json::{Recover, Spanned};
+use crate::netlist::{Driver, NetId, Netlist, SignalId};
+
+/// Cycles that a run takes at most if nothing is said.
+pub const DEFAULT_CYCLES: u64 = 1_000_000;
+
+/// Changes of inputs at one tick.
+#[derive(Clone, Debug)]
+pub struct Event {
+    /// The tick.
+    pub time: u64,
+    /// Inputs and what they become, in order.
+    pub sets: Vec<(NetId, Value)>,
+}
+
+/// What must hold.
+#[derive(Clone, Debug)]
+pub enum Rule {
+    /// The signal has this value at a tick, or at the end.
+    Value(Option<u64>, Value),
+    /// Bit 0 rose from 0 to 1 so many times.
+    Pulses(u64),
+}
+
+/// An expectation.
+#[derive(Clone, Debug)]
+pub struct Expectation {
+    /// The signal.
+    pub signal: SignalId,
+    /// What must hold of it.
+    pub rule: Rule,
+    /// Where it is written.
+    pub span: Span,
+}
+
+/// A clock of the scenario.
+#[derive(Clone, Debug)]
+pub struct DrivenClock {
+    /// The input's name.
+    pub name: String,
+    /// The net that it drives.
+    pub net: NetId,
+    /// Period, high time and phase in ticks.
+    pub clock: crate::cell::Clock,
+}
+
+/// A scenario ready to run on one netlist.
+#[derive(Clone, Debug, Default)]
+pub struct Scenario {
+    /// Inputs that are clocks, the first of which counts the cycles.
+    pub clocks: Vec<DrivenClock>,
+    /// Inputs held from tick 0.
+    pub inputs: Vec<(NetId, Value)>,
+    /// What changes when, in order of time.
+    pub stimulus: Vec<Event>,
+    /// Stop when the signal has the value.
+    pub until: Option<(SignalId, Value)>,
+    /// The last tick.
+    pub limit: u64,
+    /// Whether it is a failure to get to the last tick.
+    pub limit_fails: bool,
+    /// The signals that a waveform holds, in the order of the netlist.
+    pub trace: Vec<SignalId>,
+    /// What must hold.
+    pub expect: Vec<Expectation>,
+}
+
+impl Simulation {
+    /// This scenario where it says something, `base` where it does not.
+    #[must_use]
+    pub fn over(&self, base: &Simulation) -> Simulation {
+        let mut merged = base.clone();
+        merged.clocks.extend(self.clocks.clone());
+        merged.inputs.extend(self.inputs.clone());
+        let Simulation { stimulus, until, limit, trace, expect, .. } = self.clone();
+        merged.stimulus = stimulus.or(merged.stimulus);
+        merged.until = until.or(merged.until);
+        merged.limit = limit.or(merged.limit);
+        merged.trace = trace.or(merged.trace);
+        merged.expect = expect.or(merged.expect);
+        merged
+    }
+}
+
+impl Scenario {
+    /// Resolves a scenario against a circuit; every fault goes into `diagnostics`. What is faulty is left out.
+    #[must_use]
+    pub fn resolve(circuit: &Circuit, simulation: &Simulation, diagnostics: &mut Diagnostics) -> Scenario {
+        let mut r = Resolver { circuit, netlist: &circuit.netlist, diagnostics };
+        let mut scenario = Scenario::default();
+        for (name, clock) in &simulation.clocks {
+            let Some(clock) = clock.as_ref() else { continue };
+            if let (Some((net, _)), Some(clock)) = (r.input(name), r.clock(name, clock)) {
+                scenario.clocks.push(DrivenClock { name: name.value.clone(), net, clock });
+            }
+        }
+        for (name, value) in &simulation.inputs {
+            if simulation.clocks.contains_key(name.value.as_str()) {
+                r.diagnostics.push(
+                    Diagnostic::new(
+                        Code::BadScenario,
+                        format!("`{}` is both a clock and an input with a value", name.value),
+                    )
+                    .at(name.span, "leave one of them out"),
+                );
+                continue;
+            }
+            let value = value.as_ref();
+            if let (Some((net, width)), Some(value)) = (r.input(name), value) {
+                scenario.inputs.extend(r.value(value, width).map(|v| (net, v)));
+            }
+        }
+        for stimulus in simulation.stimulus.iter().flatten().filter_map(Recover::as_ref) {
+            let sets = r.sets(stimulus, simulation);
+            if let Some(time) = r.when(stimulus, simulation) {
+                scenario.stimulus.push(Event { time, sets });
+            }
+        }
+        scenario.stimulus.sort_by_key(|e| e.time);
+        if let Some(until) = simulation.until.as_ref().and_then(Recover::as_ref) {
+            scenario.until = r.until(until);
+        }
+        let limit = simulation.limit.as_ref().and_then(Recover::as_ref);
+        scenario.limit = r.limit(limit, scenario.clocks.first().map(|c| c.clock));
+        scenario.limit_fails = scenario.until.is_some();
+        scenario.trace = r.trace(simulation.trace.as_deref());
+        for expect in simulation.expect.iter().flatten().filter_map(Recover::as_ref) {
+            scenario.expect.extend(r.expect(expect));
+        }
+        r.undriven_clocks(&scenario);
+        scenario
+    }
+}
+
+struct Resolver<'a> {
+    circuit: &'a Circuit,
+    netlist: &'a Netlist,
+    diagnostics: &'a mut Diagnostics,
+}
+
+impl Resolver<'_> {
+    fn ok<T>(&mut self, result: Result<T, Diagnostic>) -> Option<T> {
+        result.map_err(|d| self.diagnostics.push(d)).ok()
+    }
+
+    fn signal(&mut self, name: &Name) -> Option<SignalId> {
+        let found = self.netlist.find(name);
+        if found.is_none() {
+            let all: Vec<String> = self.netlist.signal_ids().map(|s| self.netlist.signal_path(s)).collect();
+            let fault = Diagnostic::new(Code::UnknownNet, format!("the circuit has no net `{}`", name.value))
+                .at(name.span, "not in the circuit");
+            self.diagnostics.push(
+                fault
+                    .did_you_mean(name, all.iter().map(String::as_str))
+                    .help("a net is named by its path below the top module, as in `adder.fa[3].s`"),
+            );
+        }
+        found
+    }
+
+    /// The net that drives an input, and its width.
+    fn input(&mut self, name: &Name) -> Option<(NetId, u32)> {
+        let id = self.signal(name)?;
+        let signal = self.netlist.signal(id);
+        if signal.drive.is_none() {
+            let inputs: Vec<&str> =
+                self.netlist.signals().iter().filter(|s| s.drive.is_some()).map(|s| s.name.as_str()).collect();
+            let fault = Diagnostic::new(Code::BadScenario, format!("`{}` is not an input of the circuit", name.value))
+                .at(name.span, "the circuit drives it itself");
+            self.diagnostics.push(fault.note(format!("the inputs are {}", inputs.join(", "))));
+        }
+        Some((signal.drive?, signal.width))
+    }
+
+    fn value(&mut self, text: &ValueText, width: u32) -> Option<Value> {
+        self.ok(text.value(width))
+    }
+
+    fn ticks(&mut self, time: &super::TimeText) -> Option<u64> {
+        self.ok(time.ticks(self.netlist.timescale(), &self.circuit.parameters))
+    }
+
+    fn clock(&mut self, name: &Name, clock: &Clock) -> Option<crate::cell::Clock> {
+        let period = self.ticks(&clock.period)?;
+        let fault = |message: String, span| Diagnostic::new(Code::BadScenario, message).at(span, "");
+        if period < 2 {
+            self.diagnostics.push(
+                fault(
+                    format!("the clock `{}` has a period of {period} ticks; it needs two or more", name.value),
+                    clock.period.span(),
+                )
+                .help("choose a finer `timescale`"),
+            );
+            return None;
+        }
+        let (high, span) = match (&clock.high, &clock.duty) {
+            (Some(high), _) => (self.ticks(high)?, high.span()),
+            (None, Some(duty)) => (self.ok(duty.of(period))?, duty.span()),
+            (None, None) => (period / 2, clock.period.span()),
+        };
+        if high == 0 || high >= period {
+            self.diagnostics.push(
+                fault(format!("the clock `{}` would be high for {high} of {period} ticks", name.value), span)
+                    .help("it must be high for at least one tick and low for at least one"),
+            );
+            return None;
+        }
+        let phase = match &clock.phase {
+            Some(phase) => self.ticks(phase)?,
+            None => period - high,
+        };
+        Some(crate::cell::Clock { period, high, phase })
+    }
+
+    fn sets(&mut self, stimulus: &Stimulus, simulation: &Simulation) -> Vec<(NetId, Value)> {
+        let mut sets = Vec::new();
+        for (name, value) in &stimulus.set {
+            if simulation.clocks.contains_key(name.value.as_str()) {
+                self.diagnostics.push(
+                    Diagnostic::new(Code::BadScenario, format!("`{}` is a clock", name.value))
+                        .at(name.span, "a stimulus cannot set it"),
+                );
+            } else if let Some((net, width)) = self.input(name) {
+                sets.extend(self.value(value, width).map(|v| (net, v)));
+            }
+        }
+        sets
+    }
+
+    fn when(&mut self, stimulus: &Stimulus, simulation: &Simulation) -> Option<u64> {
+        if let Some(at) = &stimulus.at {
+            return self.ticks(at);
+        }
+        let on = stimulus.on.as_ref()?;
+        let Some(clock) = simulation.clocks.get(on.clock.value.as_str()) else {
+            let names = simulation.clocks.keys().map(|n| n.value.as_str());
+            let fault = Diagnostic::new(Code::UnknownClock, format!("the scenario has no clock `{}`", on.clock.value))
+                .at(on.clock.span, "not among its `clocks`");
+            self.diagnostics.push(fault.did_you_mean(&on.clock, names));
+            return None;
+        };
+        let clock = self.clock(&on.clock, clock.as_ref()?)?;
+        let (count, span) = match &on.count {
+            Some(count) => (self.ok(count.eval(&self.circuit.parameters))?, count.span()),
+            None => (1, on.clock.span),
+        };
+        let edge = on.edge.as_ref().map_or(Edge::Rising, |e| e.value);
+        let offset = if edge == Edge::Falling { clock.high } else { 0 };
+        let time = u64::try_from(count - 1)
+            .ok()
+            .and_then(|n| n.checked_mul(clock.period)?.checked_add(clock.phase)?.checked_add(offset));
+        if time.is_none() {
+            self.diagnostics.push(
+                Diagnostic::new(Code::BadScenario, format!("there is no edge number {count}"))
+                    .at(span, "edges count from 1"),
+            );
+        }
+        time
+    }
+
+    fn until(&mut self, until: &Until) -> Option<(SignalId, Value)> {
+        let signal = self.signal(&until.net)?;
+        let width = self.netlist.signal(signal).width;
+        let value = match &until.value {
+            Some(value) => self.value(value, width)?,
+            None => Value::from_u64(1, width),
+        };
+        Some((signal, value))
+    }
+
+    /// The last tick.
+    fn limit(&mut self, limit: Option<&Limit>, clock: Option<crate::cell::Clock>) -> u64 {
+        let own = self.netlist.cells().iter().find_map(|c| match c.kind {
+            CellKind::Clock(clock) => Some(clock),
+            _ => None,
+        });
+        let clock = clock.or(own);
+        // n cycles end with the n-th falling edge
+        let end = |n: u64, c: crate::cell::Clock| {
+            n.saturating_sub(1).saturating_mul(c.period).saturating_add(c.phase).saturating_add(if n == 0 {
+                0
+            } else {
+                c.high
+            })
+        };
+        let mut last = None;
+        if let Some(time) = limit.and_then(|l| l.time.as_ref()) {
+            last = self.ticks(time);
+        }
+        if let Some(cycles) = limit.and_then(|l| l.cycles.as_ref())
+            && let Some(n) = self.ok(cycles.eval(&self.circuit.parameters))
+        {
+            match (u64::try_from(n), clock) {
+                (Ok(n), Some(clock)) => last = Some(last.unwrap_or(u64::MAX).min(end(n, clock))),
+                (Err(_), _) => self.diagnostics.push(
+                    Diagnostic::new(Code::BadScenario, format!("a run cannot take {n} cycles")).at(cycles.span(), ""),
+                ),
+                (_, None) => self.diagnostics.push(
+                    Diagnostic::new(Code::BadScenario, "there is no clock whose cycles could be counted")
+                        .at(cycles.span(), "")
+                        .help("limit the run by `time`"),
+                ),
+            }
+        }
+        last.unwrap_or_else(|| clock.map_or(DEFAULT_CYCLES, |c| end(DEFAULT_CYCLES, c)))
+    }
+
+    fn trace(&mut self, globs: Option<&[Spanned<String>]>) -> Vec<SignalId> {
+        let all = self.netlist.signal_ids();
+        let Some(globs) = globs else { return all.collect() };
+        let paths: Vec<String> = all.map(|s| self.netlist.signal_path(s).replace('.', "/")).collect();
+        let mut chosen = HashSet::new();
+        for glob in globs {
+            match glob_set(glob) {
+                Ok(set) => {
+                    let before = chosen.len();
+                    let matching: Vec<usize> = (0..paths.len()).filter(|&i| set.is_match(&paths[i])).collect();
+                    let none = matching.is_empty();
+                    chosen.extend(matching);
+                    if none && before == chosen.len() {
+                        let names: Vec<String> = paths.iter().map(|p| p.replace('/', ".")).collect();
+                        let fault = Diagnostic::new(Code::NoMatch, format!("`{}` matches no net", glob.value))
+                            .at(glob.span, "");
+                        self.diagnostics.push(fault.did_you_mean(glob, names.iter().map(String::as_str)));
+                    }
+                }
+                Err(why) => self.diagnostics.push(
+                    Diagnostic::new(Code::BadGlob, format!("`{}` is not a pattern for nets: {why}", glob.value))
+                        .at(glob.span, ""),
+                ),
+            }
+        }
+        self.netlist.signal_ids().filter(|s| chosen.contains(&s.index())).collect()
+    }
+
+    fn expect(&mut self, expect: &Expect) -> Option<Expectation> {
+        let signal = self.signal(&expect.net)?;
+        let width = self.netlist.signal(signal).width;
+        let rule = if let Some(value) = &expect.value {
+            let at = match &expect.at {
+                Some(at) => Some(self.ticks(at)?),
+                None => None,
+            };
+            Rule::Value(at, self.value(value, width)?)
+        } else {
+            let pulses = expect.pulses.as_ref()?;
+            let n = self.ok(pulses.eval(&self.circuit.parameters))?;
+            let Ok(n) = u64::try_from(n) else {
+                self.diagnostics.push(
+                    Diagnostic::new(Code::BadScenario, format!("there cannot be {n} pulses")).at(pulses.span(), ""),
+                );
+                return None;
+            };
+            Rule::Pulses(n)
+        };
+        let span = expect.value.as_ref().map_or(expect.net.span, ValueText::span);
+        Some(Expectation { signal, rule, span })
+    }
+
+    /// Tells of inputs that clock something and that the scenario never drives.
+    fn undriven_clocks(&mut self, scenario: &Scenario) {
+        let driven: HashSet<NetId> = scenario
+            .clocks
+            .iter()
+            .map(|c| c.net)
+            .chain(scenario.inputs.iter().map(|i| i.0))
+            .chain(scenario.stimulus.iter().flat_map(|e| &e.sets).map(|s| s.0))
+            .collect();
+        let mut told = HashSet::new();
+        for cell in self.netlist.cell_ids() {
+            let kind = &self.netlist.cell(cell).kind;
+            let Some(pin) = kind.inputs().iter().position(|p| p.role == Role::Clock) else { continue };
+            let mut at = (cell, pin);
+            for _ in 0..self.netlist.cells().len() {
+                let Some(slice) = self.netlist.input(at.0, at.1).first() else { break };
+                match self.netlist.net(slice.net).driver {
+                    Driver::Cell(from, _)
+                        if matches!(
+                            self.netlist.cell(from).kind,
+                            CellKind::Gate { op: GateOp::Buf | GateOp::Not, width: 1, .. }
+                        ) =>
+                    {
+                        at = (from, 0)
+                    }
+                    Driver::Input(input) if !driven.contains(&slice.net) && told.insert(input) => {
+                        let name = &self.netlist.signal(input).name;
+                        let fault = Diagnostic::new(
+                            Code::UndrivenClock,
+                            format!("nothing drives `{name}`, the clock of `{}`", self.netlist.cell_path(cell)),
+                        );
+                        let fault = fault.at(self.circuit.place(input), "an input that the scenario leaves alone");
+                        self.diagnostics
+                            .push(fault.help(format!("add it to `clocks`: \"{name}\": {{ \"period\": 20 }}")));
+                        break;
+                    }
+                    _ => break,
+                }
+            }
+        }
+    }
+}
+
+/// A glob over paths whose scopes are separated by `/`: `*` and `?` stay inside a scope, `**` crosses them.
+fn glob_set(glob: &str) -> Result<GlobSet, String> {
+    let mut pattern = String::new();
+    let mut chars = glob.chars();
+    while let Some(c) = chars.next() {
+        match c {
+            '.' => pattern.push('/'),
+            '[' | ']' | '{' | '}' => pattern.extend(['\\', c]),
+            '\\' => pattern.extend(['\\', chars.next().ok_or("it ends in `\\`")?]),
+            c => pattern.push(c),
+        }
+    }
+    let glob = GlobBuilder::new(&pattern).literal_separator(true).backslash_escape(true).build();
+    let mut set = GlobSetBuilder::new();
+    set.add(glob.map_err(|e| e.kind().to_string())?);
+    set.build().map_err(|e| e.kind().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::glob_set;
+
+    #[test]
+    fn globs_respect_scopes_and_take_brackets_as_they_are() {
+        let is = |glob: &str, path: &str| glob_set(glob).unwrap().is_match(path.replace('.', "/"));
+        assert!(is("*", "f") && !is("*", "adder.s"));
+        assert!(is("**", "f") && is("**", "adder.fa[3].s"));
+        assert!(is("adder.*", "adder.s") && !is("adder.*", "adder.fa[3].s"));
+        assert!(is("adder.**", "adder.fa[3].s"));
+        assert!(is("**.s", "adder.fa[3].s") && is("**.s", "s"));
+        assert!(is("adder.fa[3].s", "adder.fa[3].s") && !is("adder.fa[3].s", "adder.fa3.s"));
+        assert!(is("ko?", "kox") && !is("ko?", "ko.x"));
+        assert!(is(r"\*", "*") && !is(r"\*", "f"));
+        assert!(glob_set("a\\").is_err());
+    }
+}

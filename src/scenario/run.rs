@@ -1,0 +1,362 @@
+//! Runs a scenario: drives the engine from instant to instant, records what is traced, watches for the end, checks what
+//! is expected.
+
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::resolve::{Rule, Scenario};
+use crate::Value;
+use crate::engine::{Engine, UnknownControl, Unsettled};
+use crate::netlist::{Netlist, SignalId};
+use crate::simulator::read_bits;
+use crate::value::Word;
+use crate::value::word::words;
+use crate::wave::{Layout, Sink};
+
+/// Why a run ended.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Stop {
+    /// Its stop condition came true.
+    Until,
+    /// It came to its last tick.
+    Limit,
+    /// Nothing can change any more.
+    Idle,
+    /// It was asked to stop.
+    Interrupted,
+    /// An x or z reached a control, which was to be an error.
+    UnknownControl,
+}
+
+/// An expectation that did not come true.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Failure {
+    /// Its number in the scenario.
+    pub expectation: usize,
+    /// What there was instead.
+    pub found: Found,
+}
+
+/// What there was instead of what was expected.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Found {
+    /// Another value.
+    Value(Value),
+    /// Another number of pulses.
+    Pulses(u64),
+    /// The run ended before the time.
+    EndedBefore,
+}
+
+/// How a run went.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Why it ended.
+    pub stop: Stop,
+    /// The last tick.
+    pub time: u64,
+    /// Net changes.
+    pub events: u64,
+    /// Expectations that did not come true.
+    pub failures: Vec<Failure>,
+    /// Where x or z reached a control.
+    pub unknown_controls: Vec<UnknownControl>,
+    /// The last values of the circuit's outputs, in order.
+    pub outputs: Vec<(SignalId, Value)>,
+}
+
+/// Why a run broke off.
+#[derive(Debug)]
+pub enum RunError {
+    /// Something never settles.
+    Unsettled(Unsettled),
+    /// The waveform cannot be written.
+    Wave(io::Error),
+}
+
+impl From<Unsettled> for RunError {
+    fn from(e: Unsettled) -> Self {
+        RunError::Unsettled(e)
+    }
+}
+
+impl From<io::Error> for RunError {
+    fn from(e: io::Error) -> Self {
+        RunError::Wave(e)
+    }
+}
+
+/// What a run is told from outside.
+pub struct Control<'c> {
+    /// Set to stop it.
+    pub interrupt: &'c AtomicBool,
+    /// Called now and then with the present tick.
+    pub progress: &'c mut dyn FnMut(u64),
+    /// Whether an x or z at a control ends it.
+    pub unknown_control_ends: bool,
+}
+
+/// Ticks between looks at the interrupt when nothing observed changes.
+const STRIDE: u64 = 1 << 16;
+
+/// A signal whose pulses are counted.
+struct Count {
+    signal: SignalId,
+    high: bool,
+    /// Whether bit 0 was 0 when last seen.
+    low: bool,
+    pulses: u64,
+}
+
+/// The signals that are watched, and those that each net is part of.
+struct Watch<'n> {
+    netlist: &'n Netlist,
+    traced: Vec<SignalId>,
+    /// For each net the first of its traced signals in `members`, and one past the last.
+    start: Vec<u32>,
+    members: Vec<u32>,
+    counts: Vec<Count>,
+    buffer: Vec<Word>,
+}
+
+impl<'n> Watch<'n> {
+    fn new(netlist: &'n Netlist, scenario: &Scenario, tracing: bool, engine: &mut dyn Engine) -> Watch<'n> {
+        let traced = if tracing { scenario.trace.clone() } else { Vec::new() };
+        let mut start = vec![0u32; netlist.nets().len() + 1];
+        for &signal in &traced {
+            netlist.bits(signal).iter().for_each(|s| start[s.net.index() + 1] += 1);
+        }
+        for i in 1..start.len() {
+            start[i] += start[i - 1];
+        }
+        let mut at = start.clone();
+        let mut members = vec![0; start[netlist.nets().len()] as usize];
+        for (i, &signal) in traced.iter().enumerate() {
+            for s in netlist.bits(signal) {
+                members[at[s.net.index()] as usize] = i as u32;
+                at[s.net.index()] += 1;
+            }
+        }
+        let mut counts: Vec<Count> = Vec::new();
+        for e in &scenario.expect {
+            if matches!(e.rule, Rule::Pulses(_)) && !counts.iter().any(|c| c.signal == e.signal) {
+                counts.push(Count { signal: e.signal, high: false, low: false, pulses: 0 });
+            }
+        }
+        let watched =
+            traced.iter().copied().chain(scenario.until.iter().map(|u| u.0)).chain(counts.iter().map(|c| c.signal));
+        for signal in watched {
+            netlist.bits(signal).iter().for_each(|s| engine.observe(s.net));
+        }
+        let widest = netlist.signals().iter().map(|s| words(s.width)).max().unwrap_or(1);
+        Watch { netlist, traced, start, members, counts, buffer: vec![Word::ZERO; widest] }
+    }
+
+    fn read(&mut self, engine: &dyn Engine, signal: SignalId) -> &[Word] {
+        let n = words(self.netlist.signal(signal).width);
+        read_bits(engine, self.netlist.bits(signal), &mut self.buffer[..n]);
+        &self.buffer[..n]
+    }
+
+    fn value(&mut self, engine: &dyn Engine, signal: SignalId) -> Value {
+        let width = self.netlist.signal(signal).width;
+        Value::from_words(self.read(engine, signal), width)
+    }
+
+    /// Records the changes since the last time.
+    fn record(&mut self, engine: &mut dyn Engine, sink: &mut Option<&mut dyn Sink>) -> io::Result<()> {
+        if engine.changes().is_empty() {
+            return Ok(());
+        }
+        if let Some(sink) = sink {
+            sink.time(engine.now())?;
+            for k in 0..engine.changes().len() {
+                let net = engine.changes()[k].index();
+                for at in self.start[net]..self.start[net + 1] {
+                    let var = self.members[at as usize] as usize;
+                    let signal = self.traced[var];
+                    sink.change(var, self.read(engine, signal));
+                }
+            }
+        }
+        for i in 0..self.counts.len() {
+            let first = self.read(engine, self.counts[i].signal)[0];
+            let count = &mut self.counts[i];
+            count.high = first.is_one();
+            count.pulses += u64::from(count.low && count.high);
+            // a pulse is from a known 0 to a known 1
+            count.low = first.is_zero();
+        }
+        engine.clear_changes();
+        Ok(())
+    }
+}
+
+/// Runs a scenario on an engine that is at its start, writing a waveform into `sink` if there is one.
+///
+/// # Errors
+/// If something never settles, or the waveform cannot be written. What was recorded before an unsettled instant is
+/// completed as a waveform up to there.
+pub fn run(
+    netlist: &Netlist,
+    scenario: &Scenario,
+    engine: &mut dyn Engine,
+    mut sink: Option<&mut dyn Sink>,
+    control: &mut Control<'_>,
+) -> Result<Outcome, RunError> {
+    if let Some(sink) = &mut sink {
+        sink.begin(&layout(netlist, &scenario.trace))?;
+    }
+    let mut watch = Watch::new(netlist, scenario, sink.is_some(), engine);
+    for c in &scenario.clocks {
+        engine.add_clock(c.net, c.clock);
+    }
+    for (net, value) in &scenario.inputs {
+        drive(engine, *net, value);
+    }
+    let mut checks: Vec<(u64, usize)> = Vec::new();
+    for (i, e) in scenario.expect.iter().enumerate() {
+        if let Rule::Value(Some(time), _) = e.rule {
+            checks.push((time, i));
+        }
+    }
+    checks.sort_unstable();
+    let mut outcome = Outcome {
+        stop: Stop::Limit,
+        time: 0,
+        events: 0,
+        failures: Vec::new(),
+        unknown_controls: Vec::new(),
+        outputs: Vec::new(),
+    };
+    let end = instants(scenario, engine, &mut watch, &mut sink, &checks, &mut outcome, control);
+    outcome.time = engine.now();
+    outcome.events = engine.events();
+    if let Err(RunError::Wave(e)) = end {
+        return Err(e.into());
+    }
+    if let Some(sink) = sink {
+        sink.finish(outcome.time)?;
+    }
+    outcome.stop = end?;
+    for (i, e) in scenario.expect.iter().enumerate() {
+        let found = match &e.rule {
+            Rule::Value(None, expected) => {
+                Some(watch.value(engine, e.signal)).filter(|v| v != expected).map(Found::Value)
+            }
+            Rule::Value(Some(time), _) => (*time > outcome.time).then_some(Found::EndedBefore),
+            Rule::Pulses(expected) => {
+                let pulses = watch.counts.iter().find(|c| c.signal == e.signal).map_or(0, |c| c.pulses);
+                (pulses != *expected).then_some(Found::Pulses(pulses))
+            }
+        };
+        outcome.failures.extend(found.map(|found| Failure { expectation: i, found }));
+    }
+    outcome.failures.sort_by_key(|f| f.expectation);
+    let outputs = netlist.signal_ids().filter(|&s| {
+        matches!(netlist.signal(s).port, Some(crate::netlist::Direction::Output | crate::netlist::Direction::Inout))
+    });
+    outcome.outputs = outputs.map(|s| (s, watch.value(engine, s))).collect();
+    Ok(outcome)
+}
+
+/// From instant to instant until something ends the run.
+fn instants(
+    scenario: &Scenario,
+    engine: &mut dyn Engine,
+    watch: &mut Watch<'_>,
+    sink: &mut Option<&mut dyn Sink>,
+    checks: &[(u64, usize)],
+    outcome: &mut Outcome,
+    control: &mut Control<'_>,
+) -> Result<Stop, RunError> {
+    let mut stimulus = scenario.stimulus.iter().peekable();
+    let mut checks = checks.iter().peekable();
+    let mut first = true;
+    loop {
+        let due = stimulus.peek().map_or(u64::MAX, |e| e.time).min(checks.peek().map_or(u64::MAX, |c| c.0));
+        let stride = engine.now().saturating_add(STRIDE).max(engine.next_event().unwrap_or(0));
+        let target = if first { 0 } else { due.min(scenario.limit).min(stride) };
+        first = false;
+        engine.advance(target)?;
+        let now = engine.now();
+        let mut stimulated = false;
+        while let Some(event) = stimulus.next_if(|e| e.time <= now) {
+            event.sets.iter().for_each(|(net, value)| drive(engine, *net, value));
+            stimulated = true;
+        }
+        if stimulated {
+            engine.settle()?;
+        }
+        watch.record(engine, sink)?;
+        while let Some(&(_, i)) = checks.next_if(|c| c.0 <= now) {
+            let Rule::Value(_, expected) = &scenario.expect[i].rule else { continue };
+            let found = watch.value(engine, scenario.expect[i].signal);
+            if found != *expected {
+                outcome.failures.push(Failure { expectation: i, found: Found::Value(found) });
+            }
+        }
+        let unknown = engine.take_unknown_controls();
+        let ended = control.unknown_control_ends && !unknown.is_empty();
+        outcome.unknown_controls.extend(unknown);
+        if ended {
+            return Ok(Stop::UnknownControl);
+        }
+        if let Some((signal, value)) = &scenario.until
+            && watch.read(engine, *signal).iter().copied().eq(value.words())
+        {
+            return Ok(Stop::Until);
+        }
+        if now >= scenario.limit {
+            return Ok(Stop::Limit);
+        }
+        if engine.next_event().is_none() && stimulus.peek().is_none() && checks.peek().is_none() {
+            return Ok(Stop::Idle);
+        }
+        if control.interrupt.load(Ordering::Relaxed) {
+            return Ok(Stop::Interrupted);
+        }
+        (control.progress)(now);
+    }
+}
+
+fn drive(engine: &mut dyn Engine, net: crate::netlist::NetId, value: &Value) {
+    // inputs change seldom: this may allocate
+    let all: Vec<Word> = value.words().collect();
+    engine.drive(net, &all);
+}
+
+/// The waveform's scopes and variables: one variable for each traced signal, in the same order.
+fn layout(netlist: &Netlist, traced: &[SignalId]) -> Layout {
+    let timescale = netlist.timescale();
+    let unit = crate::wave::TimeUnit::ALL
+        .into_iter()
+        .find(|u| u.name() == timescale.unit().as_str())
+        .unwrap_or(crate::wave::TimeUnit::Ns);
+    let timescale = crate::wave::Timescale { count: timescale.count(), unit };
+    let mut layout = Layout { timescale, ..Layout::default() };
+    let mut used = vec![false; netlist.scopes().len()];
+    used[0] = true;
+    for &signal in traced {
+        let mut scope = Some(netlist.signal(signal).scope);
+        while let Some(s) = scope.filter(|s| !std::mem::replace(&mut used[s.index()], true)) {
+            scope = netlist.scopes()[s.index()].parent;
+        }
+    }
+    let mut number = vec![0; netlist.scopes().len()];
+    for (i, scope) in netlist.scopes().iter().enumerate().filter(|(i, _)| used[*i]) {
+        number[i] = layout.scope(&scope.name, scope.parent.map(|p| number[p.index()]));
+    }
+    let mut same = std::collections::HashMap::new();
+    for &id in traced {
+        let signal = netlist.signal(id);
+        let scope = number[signal.scope.index()];
+        match same.get(netlist.bits(id)) {
+            Some(&of) => _ = layout.alias(scope, &signal.name, of),
+            None => {
+                same.insert(netlist.bits(id), layout.var(scope, &signal.name, signal.width));
+            }
+        }
+    }
+    layout
+}

@@ -1,0 +1,277 @@
+//! A circuit under test in a few lines: poke inputs, step, peek at nets.
+//!
+//! Names are looked up once and become typed handles; the loop after that uses no strings.
+
+use std::fmt;
+
+use crate::Value;
+use crate::cell::Clock;
+use crate::engine::{Engine, EventEngine, Unsettled};
+use crate::netlist::{Driver, NetId, Netlist, Slice};
+use crate::value::Word;
+use crate::value::word::{extract, insert, mask, words};
+
+/// An input of a circuit.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Input {
+    net: NetId,
+    width: u32,
+}
+
+/// A net, port or other named signal whose value can be read.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Probe {
+    bits: Vec<Slice>,
+    width: u32,
+}
+
+/// What can go wrong with a [`Simulator`].
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum SimulatorError {
+    /// There is no such signal; the name nearest to it, if one is near.
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// What may have been meant.
+        nearest: Option<String>,
+    },
+    /// The signal is not an input of the circuit.
+    NotAnInput(String),
+    /// The circuit does not settle; the nets that keep changing, by name.
+    Unsettled {
+        /// The tick.
+        time: u64,
+        /// The nets.
+        nets: Vec<String>,
+    },
+}
+
+impl fmt::Display for SimulatorError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            SimulatorError::Unknown { name, nearest: Some(nearest) } => {
+                write!(f, "the circuit has no signal `{name}`; did you mean `{nearest}`?")
+            }
+            SimulatorError::Unknown { name, nearest: None } => write!(f, "the circuit has no signal `{name}`"),
+            SimulatorError::NotAnInput(name) => write!(f, "`{name}` is not an input of the circuit"),
+            SimulatorError::Unsettled { time, nets } => {
+                write!(f, "at tick {time} the circuit never settles: {}", nets.join(", "))
+            }
+        }
+    }
+}
+
+impl std::error::Error for SimulatorError {}
+
+/// Runs a netlist on the reference engine.
+///
+/// ```
+/// use discreta::{Simulator, Value};
+///
+/// let circuit = discreta::circuit::load("circuits/evaluation/line.json")?;
+/// let mut sim = Simulator::new(&circuit.netlist);
+/// let [start, dt, dx, dy, xh, yh] = ["start", "dt", "dx", "dy", "xh", "yh"].map(|n| sim.input(n).unwrap());
+/// let [x, y, end] = ["x", "y", "end"].map(|n| sim.probe(n).unwrap());
+///
+/// for (input, value) in [(dt, 0), (dx, 5), (dy, 3), (xh, 0), (yh, 0), (start, 1)] {
+///     sim.set(input, value);
+/// }
+/// sim.settle()?;
+/// sim.set(start, 0);
+/// sim.settle()?;
+/// let mut steps = String::new();
+/// while sim.number(&end) != Some(1) {
+///     sim.set(dt, 1);
+///     sim.settle()?;
+///     steps.push(if sim.number(&x) == Some(1) { 'X' } else { 'Y' });
+///     sim.set(dt, 0);
+///     sim.settle()?;
+/// }
+/// assert_eq!(steps, "XYXYXXYX");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Simulator<'n> {
+    netlist: &'n Netlist,
+    engine: EventEngine,
+}
+
+impl<'n> Simulator<'n> {
+    /// A simulator at tick 0 with nothing driven.
+    #[must_use]
+    pub fn new(netlist: &'n Netlist) -> Simulator<'n> {
+        Simulator { netlist, engine: EventEngine::new(netlist) }
+    }
+
+    fn find(&self, name: &str) -> Result<crate::netlist::SignalId, SimulatorError> {
+        self.netlist.find(name).ok_or_else(|| {
+            let all: Vec<String> = self.netlist.signal_ids().map(|s| self.netlist.signal_path(s)).collect();
+            let nearest = crate::diag::nearest(name, all.iter().map(String::as_str)).map(str::to_owned);
+            SimulatorError::Unknown { name: name.to_owned(), nearest }
+        })
+    }
+
+    /// The input of a name.
+    ///
+    /// # Errors
+    /// If the circuit has no such signal, or it is not an input.
+    pub fn input(&self, name: &str) -> Result<Input, SimulatorError> {
+        let id = self.find(name)?;
+        let signal = self.netlist.signal(id);
+        signal
+            .drive
+            .map(|net| Input { net, width: signal.width })
+            .ok_or_else(|| SimulatorError::NotAnInput(name.to_owned()))
+    }
+
+    /// The signal of a name, which is its path below the top module: `f`, `adder.fa[3].s`.
+    ///
+    /// # Errors
+    /// If the circuit has no such signal.
+    pub fn probe(&self, name: &str) -> Result<Probe, SimulatorError> {
+        let id = self.find(name)?;
+        Ok(Probe { bits: self.netlist.bits(id).to_vec(), width: self.netlist.signal(id).width })
+    }
+
+    /// Sets an input to the low bits of a number, to take effect at the next [`settle`](Simulator::settle).
+    #[inline]
+    pub fn set(&mut self, input: Input, value: u64) {
+        if input.width <= 64 {
+            self.engine.drive(input.net, &[Word::known(value & mask(input.width))]);
+        } else {
+            self.set_value(input, &Value::from_u64(value, input.width));
+        }
+    }
+
+    /// Sets an input to a value, of which missing high bits are 0.
+    pub fn set_value(&mut self, input: Input, value: &Value) {
+        let mut all = vec![Word::ZERO; words(input.width)];
+        for (i, (to, from)) in all.iter_mut().zip(value.words()).enumerate() {
+            let m = crate::value::word::word_mask(input.width, i);
+            *to = Word { v: from.v & m, u: from.u & m };
+        }
+        self.engine.drive(input.net, &all);
+    }
+
+    /// Drives an input by a clock.
+    pub fn clock(&mut self, input: Input, clock: Clock) {
+        self.engine.add_clock(input.net, clock);
+    }
+
+    /// Lets everything settle at the present tick.
+    ///
+    /// # Errors
+    /// If something never settles.
+    #[inline]
+    pub fn settle(&mut self) -> Result<(), SimulatorError> {
+        self.engine.settle().map_err(|e| self.error(&e))
+    }
+
+    /// Runs clocks and delays up to the given tick.
+    ///
+    /// # Errors
+    /// If something never settles.
+    pub fn run_to(&mut self, tick: u64) -> Result<(), SimulatorError> {
+        while self.engine.advance(tick).map_err(|e| self.error(&e))? {
+            self.engine.clear_changes();
+        }
+        Ok(())
+    }
+
+    /// The present tick.
+    #[must_use]
+    pub fn now(&self) -> u64 {
+        self.engine.now()
+    }
+
+    /// The number that a signal holds; none if a bit is x or z, or it is wider than 64 bits.
+    #[inline]
+    #[must_use]
+    pub fn number(&self, probe: &Probe) -> Option<u64> {
+        if probe.width > 64 {
+            return self.value(probe).to_u64();
+        }
+        let (mut number, mut at) = (0, 0);
+        for s in &probe.bits {
+            let from = self.engine.read(s.net);
+            let w = if s.lo / 64 == (s.lo + s.width - 1) / 64 {
+                let w = from[s.lo as usize / 64];
+                Word { v: w.v >> (s.lo % 64) & mask(s.width), u: w.u >> (s.lo % 64) & mask(s.width) }
+            } else {
+                let mut w = [Word::ZERO];
+                extract(&mut w, from, s.lo, s.width);
+                w[0]
+            };
+            if w.u != 0 {
+                return None;
+            }
+            number |= w.v << at;
+            at += s.width;
+        }
+        Some(number)
+    }
+
+    /// The value of a signal.
+    #[must_use]
+    pub fn value(&self, probe: &Probe) -> Value {
+        let mut all = vec![Word::ZERO; words(probe.width)];
+        read_bits(&self.engine, &probe.bits, &mut all);
+        Value::from_words(&all, probe.width)
+    }
+
+    /// How many net changes there have been.
+    #[must_use]
+    pub fn events(&self) -> u64 {
+        self.engine.events()
+    }
+
+    /// Back to the state of a new simulator; clocks stay.
+    pub fn reset(&mut self) {
+        self.engine.reset();
+    }
+
+    fn error(&self, e: &Unsettled) -> SimulatorError {
+        SimulatorError::Unsettled { time: e.time, nets: loop_names(self.netlist, e) }
+    }
+}
+
+/// Reads the bits of a signal into words.
+pub(crate) fn read_bits(engine: &dyn Engine, bits: &[Slice], to: &mut [Word]) {
+    let mut at = 0;
+    for s in bits {
+        let from = engine.read(s.net);
+        if let ([only], true) = (bits, s.lo == 0) {
+            to.copy_from_slice(&from[..words(only.width)]);
+            let last = words(only.width) - 1;
+            let m = crate::value::word::word_mask(only.width, last);
+            to[last] = Word { v: to[last].v & m, u: to[last].u & m };
+            return;
+        }
+        let mut done = 0;
+        while done < s.width {
+            let n = (s.width - done).min(64);
+            let mut w = [Word::ZERO];
+            extract(&mut w, from, s.lo + done, n);
+            insert(to, at, &w, n);
+            (at, done) = (at + n, done + n);
+        }
+    }
+}
+
+/// The names of the nets of a loop, going round it where it is one of gates.
+pub(crate) fn loop_names(netlist: &Netlist, unsettled: &Unsettled) -> Vec<String> {
+    let cells: Vec<_> = unsettled
+        .nets
+        .iter()
+        .filter_map(|&net| match netlist.net(net).driver {
+            Driver::Cell(cell, _) => Some(cell),
+            Driver::Input(_) => None,
+        })
+        .collect();
+    if let Some(circle) = netlist.circle(&cells).filter(|_| !unsettled.clocked) {
+        return circle.cells.into_iter().map(|cell| netlist.net_name(netlist.output(cell, 0))).collect();
+    }
+    let mut names: Vec<String> = unsettled.nets.iter().map(|&n| netlist.net_name(n)).collect();
+    names.sort();
+    names
+}
