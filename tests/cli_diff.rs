@@ -49,7 +49,7 @@ fn different_is_1_and_the_report_says_where() {
     let (head, rest) = stdout.split_once("\n\n").unwrap();
     assert!(head.contains(COUNTER) && head.contains("wrong.vcd"), "{head}");
     let expected = "\
-First difference at 55 ns: top.q (rising edge 6 of top.clk)
+First difference at 55 ns: top.q (after 6 rising edges of top.clk)
 
     time  top.clk  a              b
    45 ns  1        00001100 (12)  00001100 (12)
