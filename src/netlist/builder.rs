@@ -7,11 +7,10 @@ use std::collections::{HashMap, HashSet};
 
 use super::bus::{Bus, Part};
 use super::join::{Join, NONE};
-use super::{
-    Cell, CellId, Direction, Driver, Fault, NetId, Netlist, Scope, ScopeId, Signal, SignalId, Slice, Timescale,
-};
+use super::{Cell, CellId, Direction, Driver, Fault, NetId, Netlist, Scope, ScopeId, Signal, SignalId, Slice};
 use crate::Value;
 use crate::cell::{AddOp, CellKind, Edge, Flop, GateOp};
+use crate::timescale::Timescale;
 
 struct Named {
     signal: Signal,

@@ -270,8 +270,8 @@ impl Simulation {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Timescale;
     use super::*;
+    use crate::timescale::Timescale;
 
     fn read(text: &str) -> (Option<ScenarioFile>, Vec<String>) {
         let mut sources = Sources::new();

@@ -328,13 +328,7 @@ fn drive(engine: &mut dyn Engine, net: crate::netlist::NetId, value: &Value) {
 
 /// The waveform's scopes and variables: one variable for each traced signal, in the same order.
 fn layout(netlist: &Netlist, traced: &[SignalId]) -> Layout {
-    let timescale = netlist.timescale();
-    let unit = crate::wave::TimeUnit::ALL
-        .into_iter()
-        .find(|u| u.name() == timescale.unit().as_str())
-        .unwrap_or(crate::wave::TimeUnit::Ns);
-    let timescale = crate::wave::Timescale { count: timescale.count(), unit };
-    let mut layout = Layout { timescale, ..Layout::default() };
+    let mut layout = Layout { timescale: netlist.timescale(), ..Layout::default() };
     let mut used = vec![false; netlist.scopes().len()];
     used[0] = true;
     for &signal in traced {
