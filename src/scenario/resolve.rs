@@ -68,6 +68,8 @@ pub struct Scenario {
     pub until: Option<(SignalId, Value)>,
     /// The last tick.
     pub limit: u64,
+    /// Whether the last tick was asked for, rather than being the default.
+    pub limit_given: bool,
     /// Whether it is a failure to get to the last tick.
     pub limit_fails: bool,
     /// The signals that a waveform holds, in the order of the netlist.
@@ -133,6 +135,7 @@ impl Scenario {
         }
         let limit = simulation.limit.as_ref().and_then(Recover::as_ref);
         scenario.limit = r.limit(limit, scenario.clocks.first().map(|c| c.clock));
+        scenario.limit_given = limit.is_some();
         scenario.limit_fails = scenario.until.is_some();
         scenario.trace = r.trace(simulation.trace.as_deref());
         for expect in simulation.expect.iter().flatten().filter_map(Recover::as_ref) {
