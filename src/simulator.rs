@@ -174,6 +174,7 @@ impl<'n> Simulator<'n> {
     pub fn run_to(&mut self, tick: u64) -> Result<(), SimulatorError> {
         while self.engine.advance(tick).map_err(|e| self.error(&e))? {
             self.engine.clear_changes();
+            self.engine.take_unknown_controls();
         }
         Ok(())
     }
