@@ -9,7 +9,7 @@ use crate::cell::Clock;
 use crate::engine::{Engine, EventEngine, Unsettled};
 use crate::netlist::{Driver, NetId, Netlist, Slice};
 use crate::value::Word;
-use crate::value::word::{extract, insert, mask, words};
+use crate::value::word::{copy, extract, mask, words};
 
 /// An input of a circuit.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -174,6 +174,7 @@ impl<'n> Simulator<'n> {
     pub fn run_to(&mut self, tick: u64) -> Result<(), SimulatorError> {
         while self.engine.advance(tick).map_err(|e| self.error(&e))? {
             self.engine.clear_changes();
+            self.engine.take_unknown_controls();
         }
         Ok(())
     }
@@ -247,14 +248,8 @@ pub(crate) fn read_bits(engine: &dyn Engine, bits: &[Slice], to: &mut [Word]) {
             to[last] = Word { v: to[last].v & m, u: to[last].u & m };
             return;
         }
-        let mut done = 0;
-        while done < s.width {
-            let n = (s.width - done).min(64);
-            let mut w = [Word::ZERO];
-            extract(&mut w, from, s.lo + done, n);
-            insert(to, at, &w, n);
-            (at, done) = (at + n, done + n);
-        }
+        copy(to, at, from, s.lo, s.width);
+        at += s.width;
     }
 }
 

@@ -60,7 +60,9 @@ const MADE: &[(&str, &str, fn() -> String)] = &[
 
 /// A module with the input `a` and these cells.
 fn in_module(cells: &str) -> String {
-    format!(r#"{{ "modules": {{ "m": {{ "ports": {{ "a": {{ "direction": "input" }} }}, "cells": {{ {cells} }} }} }} }}"#)
+    format!(
+        r#"{{ "modules": {{ "m": {{ "ports": {{ "a": {{ "direction": "input" }} }}, "cells": {{ {cells} }} }} }} }}"#
+    )
 }
 
 /// Modules of which each has some cells of the next.

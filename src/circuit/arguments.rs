@@ -111,7 +111,8 @@ fn argument(
                 return Some(Argument::Word(word.to_owned()));
             }
             let words_shown: Vec<String> = words.iter().map(|w| format!("`{w}`")).collect();
-            let message = format!("`{}` must be {}, not `{}`", parameter.name, words_shown.join(" or "), given.value.as_text());
+            let message =
+                format!("`{}` must be {}, not `{}`", parameter.name, words_shown.join(" or "), given.value.as_text());
             let fault = fault(message, given.span);
             diagnostics.push(fault.did_you_mean(word, words.iter().copied()));
             None

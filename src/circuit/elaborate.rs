@@ -337,12 +337,13 @@ impl<'e> Elaboration<'e> {
                 self.too_large("depth", "modules and blocks inside one another", self.limits.depth, name.span);
                 return;
             }
-            let whole = self.copies(block.repeat.as_ref(), block.condition.as_ref(), name, values, &mut |e, name, values| {
-                let scope = e.builder.scope(outer.scope, name);
-                let nets = Nets { own: HashMap::new(), outer: Some(&outer.nets) };
-                let mut inner = Here { module: outer.module, scope, nets, depth: outer.depth + 1 };
-                e.body(&mut inner, values, &block.nets, &block.cells, &block.blocks);
-            });
+            let whole =
+                self.copies(block.repeat.as_ref(), block.condition.as_ref(), name, values, &mut |e, name, values| {
+                    let scope = e.builder.scope(outer.scope, name);
+                    let nets = Nets { own: HashMap::new(), outer: Some(&outer.nets) };
+                    let mut inner = Here { module: outer.module, scope, nets, depth: outer.depth + 1 };
+                    e.body(&mut inner, values, &block.nets, &block.cells, &block.blocks);
+                });
             if !whole {
                 self.mute_here(&here.nets);
             }
@@ -441,7 +442,9 @@ impl<'e> Elaboration<'e> {
             } else {
                 let fault = fault.did_you_mean(&cell.kind, names);
                 match fault.helps.is_empty() {
-                    true => fault.help("the elements are in docs/elements.md; a module of another file needs an `import`"),
+                    true => {
+                        fault.help("the elements are in docs/elements.md; a module of another file needs an `import`")
+                    }
                     false => fault,
                 }
             });
@@ -700,7 +703,9 @@ fn as_wide(signal: &Signal, found: u32, expected: u32, output: bool) -> Option<S
         }
         Signal::Name { name, .. } if !output => {
             let sign = if found == 1 { name.to_string() } else { format!("{name}[{top}]") };
-            Some(format!("extend it: [\"{more}'d0\", \"{name}\"] with zeros, [\"{more}{{{sign}}}\", \"{name}\"] with its sign"))
+            Some(format!(
+                "extend it: [\"{more}'d0\", \"{name}\"] with zeros, [\"{more}{{{sign}}}\", \"{name}\"] with its sign"
+            ))
         }
         Signal::Concat { .. } if found < expected && !output => {
             Some(format!("extend it by zeros at the front: [\"{more}'d0\", …]"))
@@ -721,7 +726,8 @@ fn because(
     let bits = format!("`{}` has {expected} bit{}", port.name, s(expected));
     let own = format!("{}_width", port.name);
     let parameter = element.parameters.iter().find(|p| {
-        let named = p.doc.contains(&format!("`{}`", port.name)) || ((port.several || port.name == "a") && p.doc.contains("each input"));
+        let named = p.doc.contains(&format!("`{}`", port.name))
+            || ((port.several || port.name == "a") && p.doc.contains("each input"));
         p.name == own || (p.name == "width" && named)
     });
     let Some(parameter) = parameter else {

@@ -176,9 +176,7 @@ impl Loader {
         let start = Span::new(self.library.source(file), 0, 1);
         let names: Vec<&str> = roots.iter().map(|&m| self.library.module(m).0.value.as_str()).collect();
         let d = if names.is_empty() {
-            Diagnostic::new(Code::NoTop, "the file has no module to run")
-                .at(start, "")
-                .help("add one to `modules`")
+            Diagnostic::new(Code::NoTop, "the file has no module to run").at(start, "").help("add one to `modules`")
         } else {
             let d = Diagnostic::new(Code::NoTop, "the file has several modules that no other uses");
             d.at(start, "which of them is to run?")

@@ -217,7 +217,10 @@ impl Reader<'_> {
         } else if low < 0 || high >= width {
             let bits = if high == low { format!("bit {high}") } else { format!("bits {high} to {low}") };
             Diagnostic::new(Code::IndexOutOfRange, format!("`{}` has no {bits}", name.value))
-                .at(place, if high == low { format!("this is {high}{with}") } else { format!("this is [{high}:{low}]{with}") })
+                .at(
+                    place,
+                    if high == low { format!("this is {high}{with}") } else { format!("this is [{high}:{low}]{with}") },
+                )
                 .also(net.span, format!("declared with {width} bit{}, {} to 0", s(net.bus.width()), width - 1))
         } else {
             return Ok(net.bus.slice(low as u32, (high - low + 1) as u32));

@@ -85,7 +85,9 @@ pub(crate) fn normal(path: &Path) -> PathBuf {
         let directory = || std::fs::symlink_metadata(&short).is_ok_and(|m| m.is_dir());
         match part {
             Component::CurDir => {}
-            Component::ParentDir if matches!(short.components().next_back(), Some(Component::Normal(_))) && directory() => {
+            Component::ParentDir
+                if matches!(short.components().next_back(), Some(Component::Normal(_))) && directory() =>
+            {
                 short.pop();
             }
             part => short.push(part),

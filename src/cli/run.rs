@@ -36,29 +36,21 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
         trace: &args.trace,
         checking: false,
     };
-    for file in &args.output {
-        if file.as_os_str() != "-" && file.extension().is_some_and(|e| e != "vcd") && !is_special(file) {
-            let kind = file.extension().unwrap_or_default().to_string_lossy().into_owned();
-            return Err(CliError::usage(format!(
-                "cannot write `{}`: waveforms are written as VCD, not as {kind}",
-                file.display()
-            ))
-            .with_hint("end the name in .vcd"));
-        }
-    }
+    let files = outputs(args)?;
     let prepared = prepare(&mut loader, &args.circuit, &changes);
     let prepared = faults(&mut loader, prepared)?;
 
     let mut sinks = Sinks(Vec::new());
-    for path in &args.output {
+    for path in &files {
         sinks.0.push(VcdWriter::new(Box::new(Output::create(path)?)));
     }
     let sink: Option<&mut dyn Sink> = if sinks.0.is_empty() { None } else { Some(&mut sinks) };
     let outcome = simulate(&prepared, &loader, &args.engine, sink, "running")?;
 
-    let report = Report { prepared: &prepared, loader: &loader, outcome: &outcome, files: &args.output };
+    let report = Report { prepared: &prepared, loader: &loader, outcome: &outcome, files: &files };
+    report.warnings(args.verbose);
     // a waveform on standard output has it to itself
-    if args.output.iter().any(|o| o.as_os_str() == "-") {
+    if files.iter().any(|o| o.as_os_str() == "-") {
         report.stderr();
     } else if args.format.format == Format::Json {
         out.json(&report.json())?;
@@ -67,6 +59,29 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
     }
     report.notes(args.engine.x_control);
     Ok(report.status())
+}
+
+/// Where waveforms go, each place once.
+fn outputs(args: &RunArgs) -> Result<Vec<PathBuf>, CliError> {
+    let mut files: Vec<PathBuf> = Vec::new();
+    let circuit = args.circuit.canonicalize().ok();
+    for file in &args.output {
+        if files.contains(file) {
+            continue;
+        }
+        let cannot = |why: &str| CliError::usage(format!("cannot write `{}`: {why}", file.display()));
+        if circuit.is_some() && file.canonicalize().ok() == circuit {
+            return Err(cannot("it is the circuit itself").with_hint("name another file, ending in .vcd"));
+        }
+        if file.as_os_str() != "-" && file.extension().is_some_and(|e| e != "vcd") && !is_special(file) {
+            let kind = file.extension().unwrap_or_default().to_string_lossy().into_owned();
+            return Err(
+                cannot(&format!("waveforms are written as VCD, not as {kind}")).with_hint("end the name in .vcd")
+            );
+        }
+        files.push(file.clone());
+    }
+    Ok(files)
 }
 
 /// Whether a path leads to what is no regular file.
@@ -295,6 +310,15 @@ impl Report<'_> {
         eprint!("{}", self.text(false).replace("  wrote -\n", ""));
     }
 
+    /// What is doubtful in the circuit and its scenario, to standard error; of the circuit only if asked for.
+    fn warnings(&self, verbose: bool) {
+        use std::io::Write;
+        let mut told = Diagnostics::new();
+        told.extend(self.loader.diagnostics.iter().filter(|d| verbose || d.code == Code::NoMatch).cloned());
+        told.sort();
+        let _ = write!(anstream::stderr().lock(), "{}", rendered(&told, self.loader));
+    }
+
     /// Failed expectations and doubtful controls, to standard error.
     fn notes(&self, x_control: XControl) {
         use std::io::Write;
@@ -358,9 +382,10 @@ impl Report<'_> {
                         "expected here",
                     )
                 }
-                (Rule::Pulses(expected), Found::Pulses(found)) => {
-                    (format!("`{name}` had {found} pulse{}, not {expected}", if *found == 1 { "" } else { "s" }), "expected here")
-                }
+                (Rule::Pulses(expected), Found::Pulses(found)) => (
+                    format!("`{name}` had {found} pulse{}, not {expected}", if *found == 1 { "" } else { "s" }),
+                    "expected here",
+                ),
                 (Rule::Value(Some(t), _), _) => (
                     format!(
                         "the run ended at {}, but `{name}` was to be looked at at {}",

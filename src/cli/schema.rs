@@ -14,7 +14,7 @@ pub fn run(args: &SchemaArgs, out: &mut Out) -> Result<Status, CliError> {
 
 fn schema(of: SchemaKind) -> serde_json::Value {
     match of {
-        SchemaKind::Circuit => serde_json::json!({}),
-        SchemaKind::Scenario => serde_json::json!({}),
+        SchemaKind::Circuit => crate::circuit::schema::circuit_schema(),
+        SchemaKind::Scenario => crate::circuit::schema::scenario_schema(),
     }
 }

@@ -68,6 +68,8 @@ pub struct Scenario {
     pub until: Option<(SignalId, Value)>,
     /// The last tick.
     pub limit: u64,
+    /// Whether the last tick was asked for, rather than being the default.
+    pub limit_given: bool,
     /// Whether it is a failure to get to the last tick.
     pub limit_fails: bool,
     /// The signals that a waveform holds, in the order of the netlist.
@@ -137,6 +139,7 @@ impl Scenario {
         }
         let limit = simulation.limit.as_ref().and_then(Recover::as_ref);
         scenario.limit = r.limit(limit, scenario.clocks.first().map(|c| c.clock), !simulation.clocks.is_empty());
+        scenario.limit_given = limit.is_some();
         scenario.limit_fails = scenario.until.is_some();
         scenario.trace = r.trace(simulation.trace.as_deref());
         for expect in simulation.expect.iter().flatten().filter_map(Recover::as_ref) {
@@ -206,7 +209,11 @@ impl Resolver<'_> {
         if period < 2 {
             self.diagnostics.push(
                 fault(
-                    format!("the clock `{}` has a period of {period} tick{}; it needs two or more", name.value, if period == 1 { "" } else { "s" }),
+                    format!(
+                        "the clock `{}` has a period of {period} tick{}; it needs two or more",
+                        name.value,
+                        if period == 1 { "" } else { "s" }
+                    ),
                     clock.period.span(),
                 )
                 .help("choose a finer `timescale`"),
@@ -295,13 +302,10 @@ impl Resolver<'_> {
             _ => None,
         });
         let clock = clock.or(own);
-        // n cycles end with the n-th falling edge
-        let end = |n: u64, c: crate::cell::Clock| {
-            n.saturating_sub(1).saturating_mul(c.period).saturating_add(c.phase).saturating_add(if n == 0 {
-                0
-            } else {
-                c.high
-            })
+        // n cycles end with the n-th falling edge, none before the first rising one
+        let end = |n: u64, c: crate::cell::Clock| match n.checked_sub(1) {
+            Some(before) => before.saturating_mul(c.period).saturating_add(c.phase).saturating_add(c.high),
+            None => c.phase.saturating_sub(1),
         };
         let mut last = None;
         if let Some(time) = limit.and_then(|l| l.time.as_ref()) {

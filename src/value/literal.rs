@@ -77,13 +77,21 @@ impl Value {
         let value = if negative {
             let fits = n == 0 || width > 64 || (width > 0 && n <= 1 << (width - 1));
             if !fits || n > 1 << 63 {
-                let range = if (1..=64).contains(&width) { format!(" (at least {})", -1i128 << (width - 1)) } else { String::new() };
+                let range = if (1..=64).contains(&width) {
+                    format!(" (at least {})", -1i128 << (width - 1))
+                } else {
+                    String::new()
+                };
                 return err(format!("{text} does not fit {width} bit{} in two's complement{range}", s(width)));
             }
             Value::from_i64((n as i64).wrapping_neg(), width)
         } else {
             if width < 64 && n >> width != 0 {
-                return err(format!("{text} does not fit {width} bit{} (at most {})", s(width), super::word::mask(width)));
+                return err(format!(
+                    "{text} does not fit {width} bit{} (at most {})",
+                    s(width),
+                    super::word::mask(width)
+                ));
             }
             Value::from_u64(n, width)
         };

@@ -1,9 +1,10 @@
 use std::path::Path;
 
 use super::*;
+use crate::timescale::Unit;
 use crate::value::{Value, Word};
 use crate::wave::vcd::VcdWriter;
-use crate::wave::{Layout, Sink, TimeUnit};
+use crate::wave::{Layout, Sink};
 
 const ICARUS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/waves/counter.vcd");
 const FST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/waves/counter.fst");
@@ -63,7 +64,7 @@ fn the_report_of_a_wrong_value() {
 a  a.vcd  ends at 125 ns
 b  b.vcd  ends at 125 ns
 
-First difference at 70 ns: top.q (rising edge 7 of top.clk)
+First difference at 70 ns: top.q (after 7 rising edges of top.clk)
 
      time  top.clk  a          b
     45 ns  0        0100 (4)   0100 (4)
@@ -83,6 +84,12 @@ First difference at 70 ns: top.q (rising edge 7 of top.clk)
     70 ns  top.q   1111 (15)  0111 (7)
 ";
     assert_eq!(difference.to_string(), expected);
+}
+
+#[test]
+fn a_difference_before_the_clock_starts() {
+    let report = compare(&counting(4, None), &counting(4, None).replacen("b0000", "b0001", 1)).to_string();
+    assert!(report.contains("First difference at 0 ns: top.q (before any rising edge of top.clk)"), "{report}");
 }
 
 #[test]
@@ -126,7 +133,7 @@ fn timescales_are_brought_to_the_finer_one() {
     let b = vcd("100ps", "#0\n0!\n#500\n1!\n#900\n");
     assert!(compare(&a, &b).same);
     let difference = compare(&a, &vcd("100ps", "#0\n0!\n#501\n1!\n#900\n"));
-    assert_eq!(difference.timescale, Some(Timescale { count: 100, unit: TimeUnit::Ps }));
+    assert_eq!(difference.timescale, Timescale::new(100, Unit::Ps));
     assert_eq!(difference.first, Some(500));
     assert!(difference.to_string().contains("First difference at 50000 ps: top.clk"), "{difference}");
     let late = vcd("1 s", &format!("#0\n0!\n#{}\n", u64::MAX / 2));

@@ -38,7 +38,7 @@ fn text(changes: &[(u64, &str)]) -> Changes {
 fn what_icarus_wrote() {
     for file in [ICARUS, FST] {
         let waves = Waves::open(Path::new(file)).unwrap();
-        assert_eq!(waves.timescale(), Some(Timescale::NS));
+        assert_eq!(waves.timescale(), Some(Timescale::default()));
         assert_eq!(waves.end(), 112, "{file}");
         let names: Vec<_> = waves.vars().iter().map(|var| (var.name.as_str(), var.kind)).collect();
         assert!(names.contains(&("top.dut.q", ValueKind::Bits(8))), "{names:?}");
@@ -87,7 +87,7 @@ fn damaged_files() {
         ("value too wide", body("#0\nb10101 \"\n"), "10101 for signal of size 4"),
         ("value of no kind", body("#0\nb10k1 \"\n"), ""),
         ("garbage", body("#0\nhello !\n"), ""),
-        ("time is no number", body("#zero\n"), "failed to parse an integer"),
+        ("time is no number", body("#zero\n"), "it is damaged: line 2: `#zero` is no time"),
         ("too many scopes closed", b"$upscope $end $upscope $end $enddefinitions $end\n#0\n".to_vec(), ""),
         ("no width", b"$scope module a $end $var wire w ! a $end $enddefinitions $end\n#0\n".to_vec(), "length"),
         (

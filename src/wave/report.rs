@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use super::Timescale;
 use super::diff::{Context, Difference, List};
+use crate::timescale::Timescale;
 
 /// Bits that are shown one by one; more become hexadecimal digits where that loses nothing.
 const MAX_BITS: usize = 16;
@@ -25,7 +25,10 @@ impl fmt::Display for Difference {
         if let (Some(first), Some(context)) = (self.first, &self.context) {
             write!(f, "\nFirst difference at {}: {}", time(first), context.signal)?;
             if let (Some(clock), Some(edges)) = (&context.clock, context.clock_edges) {
-                write!(f, " (rising edge {edges} of {clock})")?;
+                match edges {
+                    0 => write!(f, " (before any rising edge of {clock})")?,
+                    n => write!(f, " (after {} of {clock})", count(n as usize, "rising edge"))?,
+                }
             }
             writeln!(f, "\n")?;
             self.context(f, first, context)?;

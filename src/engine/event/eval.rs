@@ -396,6 +396,12 @@ impl State {
         self.staged.extend(next.iter().enumerate().map(|(i, &w)| (slot + i as u32, w)));
     }
 
+    /// Whether there is anything that whoever advances the engine should look at.
+    #[inline(always)]
+    pub fn has_news(&self) -> bool {
+        !(self.changes.is_empty() && self.unknown_controls.is_empty())
+    }
+
     /// Reports controls that have become unknown.
     pub fn check_controls(&mut self, p: &Program, now: u64) {
         while let Some(slot) = self.doubtful.pop() {
