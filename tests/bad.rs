@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// No broken file may take longer.
-const PATIENCE: Duration = Duration::from_secs(10);
+const PATIENCE: Duration = Duration::from_secs(30);
 
 /// Files that are too large to be kept or to be read by anyone: name, command, contents.
 const MADE: &[(&str, &str, fn() -> String)] = &[
