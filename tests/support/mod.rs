@@ -2,6 +2,7 @@
 #![allow(dead_code)] // each test uses a part
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use discreta::circuit::{self, Circuit};
 use discreta::{Logic, Value};
@@ -82,7 +83,8 @@ pub fn folder(name: &str) -> PathBuf {
 
 /// Writes a circuit file and loads it, with its warnings unread.
 pub fn load(folder: &Path, name: &str, file: &serde_json::Value) -> Result<Circuit, String> {
-    let path = folder.join(format!("{name}.json"));
+    static FILES: AtomicUsize = AtomicUsize::new(0); // tests run side by side and may choose the same name
+    let path = folder.join(format!("{name}_{}.json", FILES.fetch_add(1, Ordering::Relaxed)));
     std::fs::write(&path, serde_json::to_string_pretty(file).unwrap()).unwrap();
     circuit::load(&path).map_err(|e| e.to_string())
 }
