@@ -1,1 +1,7 @@
-fn main() {}
+//! The command `discreta`.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    discreta::cli::main()
+}

@@ -5,6 +5,7 @@
 
 use std::borrow::Cow;
 use std::fmt;
+use std::sync::Arc;
 
 use indexmap::IndexMap;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -44,12 +45,15 @@ impl Names for IndexMap<String, i64> {
     }
 }
 
-/// An expression as it stands in a file.
+/// An expression as it stands in a file. Small, and cheap to clone.
 #[derive(Clone, PartialEq)]
-pub struct Expr {
+pub struct Expr(Arc<Written>);
+
+#[derive(PartialEq)]
+struct Written {
     root: Node,
     /// As it was written.
-    text: String,
+    text: Box<str>,
     span: Span,
 }
 
@@ -104,7 +108,11 @@ impl Expr {
         let mut parser = Parser::new(text, span, Code::BadExpression);
         let root = parser.expression()?;
         parser.end()?;
-        Ok(Expr { root, text: text.to_owned(), span })
+        Ok(Expr::new(root, text, span))
+    }
+
+    fn new(root: Node, text: &str, span: Span) -> Expr {
+        Expr(Arc::new(Written { root, text: text.into(), span }))
     }
 
     /// A part of a longer text that stands at `span`.
@@ -112,7 +120,7 @@ impl Expr {
         let (start, end) = (root.range.0 as usize, root.range.1 as usize);
         let place = span.within(text, start..end);
         root.shift(root.range.0);
-        Expr { text: text[start..end].to_owned(), root, span: place }
+        Expr::new(root, &text[start..end], place)
     }
 
     /// A number.
@@ -120,25 +128,25 @@ impl Expr {
     pub fn number(value: i64, span: Span) -> Expr {
         let text = value.to_string();
         let root = Node { kind: Kind::Number(value), range: (0, text.len() as u32), depth: 0 };
-        Expr { root, text, span }
+        Expr::new(root, &text, span)
     }
 
     /// Where it stands.
     #[must_use]
     pub fn span(&self) -> Span {
-        self.span
+        self.0.span
     }
 
     /// As it was written.
     #[must_use]
     pub fn text(&self) -> &str {
-        &self.text
+        &self.0.text
     }
 
     /// Its value if it is a mere number.
     #[must_use]
     pub fn as_number(&self) -> Option<i64> {
-        match self.root.kind {
+        match self.0.root.kind {
             Kind::Number(n) => Some(n),
             _ => None,
         }
@@ -147,7 +155,7 @@ impl Expr {
     /// The name if it is a mere name.
     #[must_use]
     pub fn as_name(&self) -> Option<&str> {
-        match &self.root.kind {
+        match &self.0.root.kind {
             Kind::Name(name) => Some(name),
             _ => None,
         }
@@ -159,19 +167,19 @@ impl Expr {
     /// If it uses an unknown name, overflows 64 bits, divides by zero or shifts by less than 0 or more than 63; the
     /// fault points at the part that fails.
     pub fn eval(&self, names: &dyn Names) -> Result<i64, Diagnostic> {
-        Evaluation { expr: self, names }.node(&self.root)
+        Evaluation { expr: &self.0, names }.node(&self.0.root)
     }
 }
 
 impl fmt::Debug for Expr {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Debug::fmt(&self.text, f)
+        fmt::Debug::fmt(&self.0.text, f)
     }
 }
 
 impl fmt::Display for Expr {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.text)
+        f.write_str(&self.0.text)
     }
 }
 
@@ -195,7 +203,7 @@ impl Node {
 }
 
 struct Evaluation<'a> {
-    expr: &'a Expr,
+    expr: &'a Written,
     names: &'a dyn Names,
 }
 
@@ -282,17 +290,17 @@ impl Evaluation<'_> {
 /// As an expression is written in JSON.
 #[derive(Deserialize)]
 #[serde(rename = "$discreta::Kind an integer or an expression", rename_all = "lowercase")]
-enum Written {
+enum Form {
     Integer(i64),
     String(String),
 }
 
 impl<'de> Deserialize<'de> for Expr {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let Spanned { value, span } = Spanned::<Written>::deserialize(deserializer)?;
+        let Spanned { value, span } = Spanned::<Form>::deserialize(deserializer)?;
         match value {
-            Written::Integer(n) => Ok(Expr::number(n, span)),
-            Written::String(text) => Expr::parse(&text, span).map_err(json::fault),
+            Form::Integer(n) => Ok(Expr::number(n, span)),
+            Form::String(text) => Expr::parse(&text, span).map_err(json::fault),
         }
     }
 }

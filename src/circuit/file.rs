@@ -15,21 +15,24 @@ use crate::scenario::{Simulation, Timescale};
 /// A name or other word, and where it stands.
 pub type Name = Spanned<String>;
 
-/// A circuit file.
+/// A circuit file. [`CircuitFile::parse`] reads it; serde_json cannot, since it does not know places.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CircuitFile {
     /// Where an editor finds the schema.
-    #[serde(rename = "$schema")]
+    #[serde(rename = "$schema", default, deserialize_with = "json::or_default")]
     pub schema: Option<String>,
     /// Free text: what the file is about.
+    #[serde(default, deserialize_with = "json::or_default")]
     pub doc: Option<String>,
     /// One tick: `1`, `10` or `100` of `s`, `ms`, `us`, `ns`, `ps` or `fs`. Default `1ns`.
+    #[serde(default, deserialize_with = "json::or_default")]
     pub timescale: Option<Spanned<Timescale>>,
     /// Other circuit files, relative to this one, whose modules can be used here.
     #[serde(default, deserialize_with = "json::every")]
     pub import: Vec<Spanned<String>>,
     /// The module that is run. Default: the only one that no other module of the file uses.
+    #[serde(default, deserialize_with = "json::or_default")]
     pub top: Option<Name>,
     /// The modules by name.
     #[serde(default)]
@@ -47,6 +50,7 @@ const NAME_PATTERN: &str = "^[A-Za-z_][A-Za-z0-9_$]*$";
 #[serde(deny_unknown_fields)]
 pub struct Module {
     /// Free text: what the module does.
+    #[serde(default, deserialize_with = "json::or_default")]
     pub doc: Option<String>,
     /// Codes of warnings that this module gives on purpose, e.g. `combinational-loop`.
     #[serde(default, deserialize_with = "json::every")]
@@ -78,6 +82,7 @@ pub struct Module {
 #[serde(deny_unknown_fields)]
 pub struct Block {
     /// Free text.
+    #[serde(default, deserialize_with = "json::or_default")]
     pub doc: Option<String>,
     /// Makes copies: `{ "i": 8 }` with `i` from 0 to 7, or `{ "i": [1, 8] }` from 1 to 7.
     pub repeat: Option<Repeat>,
@@ -133,6 +138,7 @@ struct ParameterObject {
     /// The largest value allowed.
     max: Option<Expr>,
     /// Free text: what it means, and its unit.
+    #[serde(default, deserialize_with = "json::or_default")]
     doc: Option<String>,
 }
 
@@ -183,6 +189,7 @@ pub struct Port {
     #[serde(default)]
     pub signed: bool,
     /// Free text.
+    #[serde(default, deserialize_with = "json::or_default")]
     pub doc: Option<String>,
 }
 
@@ -218,6 +225,7 @@ struct NetObject {
     #[serde(default)]
     signed: bool,
     /// Free text.
+    #[serde(default, deserialize_with = "json::or_default")]
     doc: Option<String>,
 }
 
@@ -235,6 +243,7 @@ impl<'de> Deserialize<'de> for Net {
 #[serde(deny_unknown_fields)]
 pub struct Cell {
     /// Free text.
+    #[serde(default, deserialize_with = "json::or_default")]
     pub doc: Option<String>,
     /// An element, or a module of this file or of an imported one.
     #[serde(rename = "type")]

@@ -204,7 +204,11 @@ impl Loader {
         self.library.file(file.0).top.is_some() || roots(&self.library, file.0).len() == 1
     }
 
-    fn netlist(&mut self, top: ModuleId, parameters: &[(Name, ParameterValue)]) -> (Netlist, IndexMap<String, i64>, Places) {
+    fn netlist(
+        &mut self,
+        top: ModuleId,
+        parameters: &[(Name, ParameterValue)],
+    ) -> (Netlist, IndexMap<String, i64>, Places) {
         // a circle of modules has no end
         if self.diagnostics.iter().any(|d| d.code == Code::RecursiveModule) {
             return (Netlist::default(), IndexMap::new(), Places::default());

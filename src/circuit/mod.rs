@@ -8,6 +8,8 @@ mod elaborate;
 pub mod expr;
 mod expr_parser;
 pub mod file;
+#[cfg(test)]
+mod file_tests;
 mod library;
 pub mod limits;
 mod load;

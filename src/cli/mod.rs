@@ -1,1 +1,95 @@
-//! x
+//! The command line: one file a subcommand, and what they share.
+//!
+//! [`args`] is what was typed. A subcommand takes its part of it and an [`Out`], and returns a [`Status`] or a
+//! [`CliError`]; [`main`] is the one place that prints an error and decides the exit status. Results go to standard
+//! output, everything else to standard error. Nothing below this room knows of it.
+
+pub mod args;
+pub mod check;
+pub mod completions;
+pub mod diff;
+pub mod error;
+pub mod interpolate;
+pub mod interrupt;
+pub mod man;
+pub mod output;
+mod prepare;
+pub mod progress;
+pub mod run;
+pub mod schema;
+pub mod test;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+pub use args::{Cli, Command, Format};
+pub use error::CliError;
+pub use output::Out;
+
+/// How a command ended.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Status {
+    /// It did what was asked: exit status 0.
+    Done,
+    /// A comparison, expectation or check failed, or a run hit its limit: exit status 1.
+    Failed,
+}
+
+impl Status {
+    /// [`Done`](Status::Done) if this holds.
+    #[must_use]
+    pub fn of(done: bool) -> Status {
+        if done { Status::Done } else { Status::Failed }
+    }
+}
+
+/// The exit status for usage, input and I/O.
+const TROUBLE: u8 = 2;
+
+/// Runs the command as it was typed.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        // Also help and version, which are printed to standard output and are no error.
+        Err(error) => {
+            let status = error.exit_code() as u8;
+            return match error.print() {
+                Ok(()) => ExitCode::from(status),
+                Err(error) => report(&CliError::stdout(error)),
+            };
+        }
+    };
+    let mut out = Out::stdout();
+    let result = dispatch(&cli.command, &mut out).and_then(|status| {
+        out.flush()?;
+        Ok(status)
+    });
+    match result {
+        Ok(Status::Done) => ExitCode::SUCCESS,
+        Ok(Status::Failed) => ExitCode::FAILURE,
+        Err(error) => report(&error),
+    }
+}
+
+fn dispatch(command: &Command, out: &mut Out) -> Result<Status, CliError> {
+    match command {
+        Command::Run(args) => run::run(args, out),
+        Command::Check(args) => check::run(args, out),
+        Command::Test(args) => test::run(args, out),
+        Command::Diff(args) => diff::run(args, out),
+        Command::Interpolate(args) => interpolate::run(args, out),
+        Command::Schema(args) => schema::run(args, out),
+        Command::Completions(args) => completions::run(args, out),
+        Command::Man(args) => man::run(args, out),
+    }
+}
+
+/// Prints an error. A closed pipe is none: who reads has enough (`discreta … | head`).
+fn report(error: &CliError) -> ExitCode {
+    if error.is_broken_pipe() {
+        return ExitCode::SUCCESS;
+    }
+    error.print();
+    ExitCode::from(TROUBLE)
+}

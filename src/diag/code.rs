@@ -132,6 +132,8 @@ codes! {
         "A pattern for nets cannot be read.";
     Error BadScenario "bad-scenario":
         "A scenario contradicts itself, such as a clock with both `high` and `duty`.";
+    Error Expectation "expectation":
+        "A run did not do what its scenario expects.";
     Warning NoMatch "no-match":
         "A pattern for nets matches no net.";
     Warning CombinationalLoop "combinational-loop":

@@ -26,6 +26,7 @@ impl Span {
 
     /// Bytes `range` counted from the start of this place, cut off at its end.
     #[must_use]
+    #[allow(clippy::should_implement_trait)] // Takes a part; nothing is subtracted.
     pub fn sub(self, range: std::ops::Range<usize>) -> Span {
         let at = |offset: usize| {
             let offset = u32::try_from(offset).unwrap_or(u32::MAX);
@@ -145,8 +146,14 @@ impl Sources {
     /// The place as offsets that lie in the text and between characters.
     pub(super) fn range(&self, span: Span) -> std::ops::Range<usize> {
         let text = self.text(span.file);
-        let start = text.floor_char_boundary((span.start as usize).min(text.len()));
-        let end = text.ceil_char_boundary((span.end as usize).clamp(start, text.len()));
+        let mut start = (span.start as usize).min(text.len());
+        while !text.is_char_boundary(start) {
+            start -= 1;
+        }
+        let mut end = (span.end as usize).clamp(start, text.len());
+        while !text.is_char_boundary(end) {
+            end += 1;
+        }
         start..end
     }
 }

@@ -3,18 +3,16 @@
 //! It checks more than serde asks for (unknown fields, duplicate keys) and goes on after faults: see [`Recover`].
 
 use std::cell::RefCell;
+use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
 use std::hash::Hash;
 
 use indexmap::IndexMap;
 use jsonc_parser::ast::{Object, ObjectProp, Value};
 use jsonc_parser::common::{Range, Ranged};
-use serde::de::value::SeqDeserializer;
-use serde::de::{
-    self, Deserialize, DeserializeOwned, DeserializeSeed, Deserializer, EnumAccess, IntoDeserializer, MapAccess,
-    SeqAccess, VariantAccess, Visitor,
-};
+use serde::de::{Deserialize, DeserializeOwned, Deserializer, Visitor};
 
+use super::access::{Attempts, Elements, Entries, Placed, Variant};
 use super::fault::{Error, told};
 use super::spanned::{RECOVER, Recover, SPANNED};
 use super::syntax;
@@ -56,6 +54,15 @@ pub fn every<'de, D: Deserializer<'de>, C: Every<'de>>(deserializer: D) -> Resul
     C::every(deserializer)
 }
 
+/// For `#[serde(default, deserialize_with = "json::or_default")]` on a field that is not worth losing the rest for: a
+/// fault is told, and the field is taken for left out.
+///
+/// # Errors
+/// Only those of a deserializer other than [`parse`]'s.
+pub fn or_default<'de, D: Deserializer<'de>, T: Deserialize<'de> + Default>(deserializer: D) -> Result<T, D::Error> {
+    Ok(Recover::<T>::deserialize(deserializer)?.0.unwrap_or_default())
+}
+
 /// What [`every`] can read.
 pub trait Every<'de>: Sized {
     /// See [`every`].
@@ -86,14 +93,14 @@ impl<'de, T: Every<'de>> Every<'de> for Option<T> {
 }
 
 /// The reading of one text.
-struct Reading<'a> {
+pub(super) struct Reading<'a> {
     file: FileId,
     diagnostics: RefCell<&'a mut Diagnostics>,
     /// What has been told: a part may be read several times.
     told: RefCell<HashSet<(Code, Option<Span>)>>,
     /// Fields of structs (by the offset of their name) whose values are faulty. They are left out when the struct is
     /// read again for the faults of its other fields.
-    failed: RefCell<HashSet<usize>>,
+    pub(super) failed: RefCell<HashSet<usize>>,
 }
 
 impl Reading<'_> {
@@ -113,7 +120,7 @@ impl Reading<'_> {
         }
     }
 
-    fn tell(&self, error: Error, node: Node<'_>) {
+    pub(super) fn tell(&self, error: Error, node: Node<'_>) {
         match error {
             Error::Faults(list) => list.into_iter().for_each(|fault| self.push(fault)),
             Error::Here(code, message) => self.push(Diagnostic::new(code, message).at(node.span(), "")),
@@ -123,35 +130,46 @@ impl Reading<'_> {
 
     /// The properties of an object, each name once; tells of those that are given again.
     fn properties<'a>(&self, object: &'a Object<'a>) -> Vec<Property<'a>> {
-        let mut first: HashMap<&str, Span> = HashMap::with_capacity(object.properties.len());
-        let mut properties = Vec::with_capacity(object.properties.len());
+        // Most objects are small: they are looked through; only large ones are worth a table.
+        const SMALL: usize = 12;
+        let mut table: HashMap<&str, Span> = HashMap::new();
+        let mut properties: Vec<Property<'a>> = Vec::with_capacity(object.properties.len());
         for property in &object.properties {
             let name = property.name.as_str();
             let span = self.inside(property.name.range());
-            if let Some(&before) = first.get(name) {
+            let before = match object.properties.len() {
+                0..=SMALL => properties.iter().find(|p| p.name == name).map(|p| p.span),
+                _ => match table.entry(name) {
+                    Entry::Occupied(first) => Some(*first.get()),
+                    Entry::Vacant(free) => {
+                        free.insert(span);
+                        None
+                    }
+                },
+            };
+            if let Some(before) = before {
                 let fault = Diagnostic::new(Code::DuplicateKey, format!("`{name}` is given twice"));
                 self.push(fault.at(span, "here again").also(before, "first here"));
                 continue;
             }
-            first.insert(name, span);
             properties.push(Property { name, span, property });
         }
         properties
     }
 }
 
-struct Property<'a> {
-    name: &'a str,
-    span: Span,
-    property: &'a ObjectProp<'a>,
+pub(super) struct Property<'a> {
+    pub(super) name: &'a str,
+    pub(super) span: Span,
+    pub(super) property: &'a ObjectProp<'a>,
 }
 
 /// A value in the tree, and the key that it stands under.
 #[derive(Clone, Copy)]
-struct Node<'a> {
-    value: &'a Value<'a>,
-    key: Option<(&'a str, Span)>,
-    reading: &'a Reading<'a>,
+pub(super) struct Node<'a> {
+    pub(super) value: &'a Value<'a>,
+    pub(super) key: Option<(&'a str, Span)>,
+    pub(super) reading: &'a Reading<'a>,
 }
 
 impl<'a> Node<'a> {
@@ -162,7 +180,7 @@ impl<'a> Node<'a> {
         }
     }
 
-    fn under(self, value: &'a Value<'a>, key: Option<(&'a str, Span)>) -> Node<'a> {
+    pub(super) fn under(self, value: &'a Value<'a>, key: Option<(&'a str, Span)>) -> Node<'a> {
         Node { value, key, ..self }
     }
 
@@ -441,169 +459,4 @@ impl<'de> Deserializer<'de> for Node<'_> {
     }
 
     serde::forward_to_deserialize_any! { i128 u128 }
-}
-
-/// The place, then the part itself: what a `Spanned` reads.
-struct Placed<T> {
-    part: T,
-    span: Option<Span>,
-}
-
-impl<'de, T: Deserializer<'de, Error = Error> + Copy> SeqAccess<'de> for Placed<T> {
-    type Error = Error;
-
-    fn next_element_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<Option<S::Value>, Error> {
-        match self.span.take() {
-            Some(s) => seed.deserialize(SeqDeserializer::new([s.file.0, s.start, s.end].into_iter())).map(Some),
-            None => seed.deserialize(self.part).map(Some),
-        }
-    }
-}
-
-/// Attempts at one value: what a `Recover` reads. A failed one gives no element, and another one is worth while if it
-/// found a faulty field of a struct, which the next one will pass over.
-struct Attempts<'a> {
-    node: Node<'a>,
-    again: bool,
-}
-
-impl<'de> SeqAccess<'de> for Attempts<'_> {
-    type Error = Error;
-
-    fn next_element_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<Option<S::Value>, Error> {
-        let reading = self.node.reading;
-        let failed = reading.failed.borrow().len();
-        match seed.deserialize(self.node) {
-            Ok(value) => Ok(Some(value)),
-            Err(error) => {
-                reading.tell(error, self.node);
-                self.again = reading.failed.borrow().len() > failed;
-                Ok(None)
-            }
-        }
-    }
-
-    fn size_hint(&self) -> Option<usize> {
-        Some(usize::from(self.again))
-    }
-}
-
-struct Elements<'a> {
-    rest: std::slice::Iter<'a, Value<'a>>,
-    array: Node<'a>,
-}
-
-impl<'de> SeqAccess<'de> for Elements<'_> {
-    type Error = Error;
-
-    fn next_element_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<Option<S::Value>, Error> {
-        let Some(value) = self.rest.next() else { return Ok(None) };
-        let node = self.array.under(value, None);
-        seed.deserialize(node).map(Some).map_err(|error| {
-            node.reading.tell(error, node);
-            Error::TOLD
-        })
-    }
-
-    fn size_hint(&self) -> Option<usize> {
-        Some(self.rest.len())
-    }
-}
-
-/// The entries of a map or fields of a struct.
-struct Entries<'a> {
-    rest: std::vec::IntoIter<Property<'a>>,
-    value: Option<Property<'a>>,
-    node: Node<'a>,
-    is_struct: bool,
-}
-
-impl<'de> MapAccess<'de> for Entries<'_> {
-    type Error = Error;
-
-    fn next_key_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<Option<S::Value>, Error> {
-        let Some(property) = self.rest.next() else { return Ok(None) };
-        let key = Key { name: property.name, span: property.span };
-        self.value = Some(property);
-        seed.deserialize(key).map(Some)
-    }
-
-    fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value, Error> {
-        let property = self.value.take().ok_or(Error::TOLD)?;
-        let node = self.node.under(&property.property.value, Some((property.name, property.span)));
-        seed.deserialize(node).map_err(|error| {
-            node.reading.tell(error, node);
-            if self.is_struct {
-                node.reading.failed.borrow_mut().insert(property.property.name.start());
-            }
-            Error::TOLD
-        })
-    }
-
-    fn size_hint(&self) -> Option<usize> {
-        Some(self.rest.len())
-    }
-}
-
-/// The name of a property.
-#[derive(Clone, Copy)]
-struct Key<'a> {
-    name: &'a str,
-    span: Span,
-}
-
-impl<'de> Deserializer<'de> for Key<'_> {
-    type Error = Error;
-
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Error> {
-        visitor.visit_str(self.name)
-    }
-
-    fn deserialize_newtype_struct<V: Visitor<'de>>(self, name: &'static str, visitor: V) -> Result<V::Value, Error> {
-        match name {
-            SPANNED => visitor.visit_seq(Placed { part: self, span: Some(self.span) }),
-            _ => visitor.visit_newtype_struct(self),
-        }
-    }
-
-    serde::forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct
-        seq tuple tuple_struct map struct enum identifier ignored_any
-    }
-}
-
-/// A word, or a kind of value together with the value.
-struct Variant<'a> {
-    name: &'static str,
-    node: Node<'a>,
-}
-
-impl<'de, 'a> EnumAccess<'de> for Variant<'a> {
-    type Error = Error;
-    type Variant = Node<'a>;
-
-    fn variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<(S::Value, Node<'a>), Error> {
-        let name: de::value::StrDeserializer<'_, Error> = self.name.into_deserializer();
-        Ok((seed.deserialize(name)?, self.node))
-    }
-}
-
-impl<'de> VariantAccess<'de> for Node<'_> {
-    type Error = Error;
-
-    fn unit_variant(self) -> Result<(), Error> {
-        Ok(())
-    }
-
-    fn newtype_variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<S::Value, Error> {
-        seed.deserialize(self)
-    }
-
-    fn tuple_variant<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, Error> {
-        self.deserialize_seq(visitor)
-    }
-
-    fn struct_variant<V: Visitor<'de>>(self, fields: &'static [&'static str], visitor: V) -> Result<V::Value, Error> {
-        self.deserialize_struct("", fields, visitor)
-    }
 }

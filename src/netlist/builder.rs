@@ -3,157 +3,15 @@
 //! Names are hierarchical views: a port of an instance is another name for bits of its parent. [`Builder::finish`]
 //! joins the bits that one output pin drives into one net, so that words stay whole.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{HashMap, HashSet};
 
-use super::{Cell, CellId, Direction, Driver, Net, NetId, Netlist, Scope, ScopeId, Signal, SignalId, Slice, Timescale};
+use super::bus::{Bus, Part};
+use super::join::{Join, NONE};
+use super::{
+    Cell, CellId, Direction, Driver, Fault, NetId, Netlist, Scope, ScopeId, Signal, SignalId, Slice, Timescale,
+};
 use crate::Value;
 use crate::cell::{AddOp, CellKind, Edge, Flop, GateOp};
-
-/// A vector of bits of a netlist under construction; cheap to clone, bit 0 first.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub struct Bus {
-    parts: Vec<Part>,
-}
-
-/// `width` bits from bit number `bit` of the builder.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Part {
-    bit: u32,
-    width: u32,
-}
-
-impl Bus {
-    /// Bits.
-    #[must_use]
-    pub fn width(&self) -> u32 {
-        self.parts.iter().map(|p| p.width).sum()
-    }
-
-    /// `width` bits from bit `lo` up.
-    ///
-    /// # Panics
-    /// If the bus has no such bits.
-    #[must_use]
-    pub fn slice(&self, lo: u32, width: u32) -> Bus {
-        assert!(
-            lo.checked_add(width).is_some_and(|end| end <= self.width()),
-            "bits {lo}+{width} of a bus of {}",
-            self.width()
-        );
-        let mut parts = Vec::new();
-        let (mut skip, mut left) = (lo, width);
-        for p in &self.parts {
-            if left == 0 {
-                break;
-            }
-            if skip >= p.width {
-                skip -= p.width;
-                continue;
-            }
-            let take = (p.width - skip).min(left);
-            parts.push(Part { bit: p.bit + skip, width: take });
-            left -= take;
-            skip = 0;
-        }
-        Bus { parts }
-    }
-
-    /// One bit.
-    ///
-    /// # Panics
-    /// If the bus has no such bit.
-    #[must_use]
-    pub fn bit(&self, index: u32) -> Bus {
-        self.slice(index, 1)
-    }
-
-    /// Adds bits above these.
-    pub fn append(&mut self, high: &Bus) {
-        for &p in &high.parts {
-            match self.parts.last_mut() {
-                Some(last) if last.bit + last.width == p.bit => last.width += p.width,
-                _ => self.parts.push(p),
-            }
-        }
-    }
-
-    /// Buses one after another, the first in the low bits.
-    #[must_use]
-    pub fn concat<'a>(low_first: impl IntoIterator<Item = &'a Bus>) -> Bus {
-        let mut all = Bus::default();
-        for bus in low_first {
-            all.append(bus);
-        }
-        all
-    }
-
-    fn bits(&self) -> impl Iterator<Item = u32> + '_ {
-        self.parts.iter().flat_map(|p| p.bit..p.bit + p.width)
-    }
-}
-
-/// Something wrong, or doubtful, in the wiring.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub enum Fault {
-    /// A pin is connected to a vector of another width.
-    Width {
-        /// The cell.
-        cell: CellId,
-        /// The pin's name.
-        pin: &'static str,
-        /// The pin's width.
-        expected: u32,
-        /// The width of what it is connected to.
-        found: u32,
-    },
-    /// Bits that several cells, not all tri-state, drive.
-    SeveralDrivers {
-        /// The signal.
-        signal: SignalId,
-        /// Its lowest such bit.
-        bit: u32,
-        /// The drivers of that bit.
-        drivers: Vec<Driver>,
-    },
-    /// Bits that are read and that nothing drives.
-    Undriven {
-        /// The signal.
-        signal: SignalId,
-        /// The lowest such bit.
-        lo: u32,
-        /// How many there are from it up.
-        width: u32,
-    },
-    /// A signal that nothing reads (a warning).
-    Unread {
-        /// The signal.
-        signal: SignalId,
-        /// Whether anything drives it.
-        driven: bool,
-    },
-    /// A constant that a cell drives.
-    DrivenConstant {
-        /// The cell.
-        cell: CellId,
-        /// The pin's name.
-        pin: &'static str,
-    },
-    /// A required input that is left open.
-    Open {
-        /// The cell.
-        cell: CellId,
-        /// The pin's name.
-        pin: &'static str,
-    },
-}
-
-impl Fault {
-    /// Whether the netlist can be run in spite of it.
-    #[must_use]
-    pub fn is_warning(&self) -> bool {
-        matches!(self, Fault::Unread { .. })
-    }
-}
 
 struct Named {
     signal: Signal,
@@ -190,8 +48,6 @@ pub struct Builder {
     cells: Vec<Draft>,
     constants: HashMap<Value, Bus>,
 }
-
-const NONE: u32 = u32::MAX;
 
 impl Builder {
     /// An empty netlist whose top scope has this name.
@@ -558,99 +414,5 @@ fn needs(kind: &CellKind, pin: usize) -> bool {
         CellKind::Adder { op: AddOp::AddSub, .. } => pin != 2,
         CellKind::Adder { .. } => pin <= 1,
         _ => true,
-    }
-}
-
-/// The nets, each with the bit of it, that drive one bit.
-type Sharers = Vec<(NetId, u32)>;
-
-/// Which net, and which bit of it, drives each bit.
-struct Join {
-    net: Vec<u32>,
-    offset: Vec<u32>,
-    nets: Vec<Net>,
-    tristate: Vec<bool>,
-    first_outputs: Vec<NetId>,
-    /// Bits with several tri-state drivers.
-    shared: BTreeMap<u32, Sharers>,
-    /// Bits with several drivers that cannot share.
-    conflicts: BTreeMap<u32, Sharers>,
-    cells: usize,
-}
-
-impl Join {
-    fn new(bits: u32) -> Join {
-        Join {
-            net: vec![NONE; bits as usize],
-            offset: vec![0; bits as usize],
-            nets: Vec::new(),
-            tristate: Vec::new(),
-            first_outputs: Vec::new(),
-            shared: BTreeMap::new(),
-            conflicts: BTreeMap::new(),
-            cells: 0,
-        }
-    }
-
-    fn is_driven(&self, bit: u32) -> bool {
-        self.net[bit as usize] != NONE
-    }
-
-    /// A new net that drives the bits of a bus.
-    fn drive(&mut self, bus: &Bus, width: u32, driver: Driver, tristate: bool) -> NetId {
-        let net = NetId::new(self.nets.len());
-        self.nets.push(Net { width, driver });
-        self.tristate.push(tristate);
-        for (offset, bit) in bus.bits().enumerate() {
-            let (at, offset) = (bit as usize, offset as u32);
-            if self.net[at] == NONE {
-                self.net[at] = net.0;
-                self.offset[at] = offset;
-                continue;
-            }
-            let other = (NetId(self.net[at]), self.offset[at]);
-            let list = if tristate && self.tristate[other.0.index()] { &mut self.shared } else { &mut self.conflicts };
-            list.entry(bit).or_insert_with(|| vec![other]).push((net, offset));
-        }
-        net
-    }
-
-    /// Gives runs of shared bits a net of their own; returns, for each, its width and the drivers' nets and offsets.
-    fn resolve(&mut self) -> Vec<(u32, Sharers)> {
-        let mut runs: Vec<(u32, u32, Sharers)> = Vec::new();
-        for (bit, drivers) in std::mem::take(&mut self.shared) {
-            if let Some((first, width, before)) = runs.last_mut() {
-                let next = before.len() == drivers.len()
-                    && before.iter().zip(&drivers).all(|(a, b)| a.0 == b.0 && a.1 + *width == b.1);
-                if *first + *width == bit && next {
-                    *width += 1;
-                    continue;
-                }
-            }
-            runs.push((bit, 1, drivers));
-        }
-        let first_cell = self.cells;
-        for (i, (first, width, _)) in runs.iter().enumerate() {
-            let net = NetId::new(self.nets.len());
-            self.nets.push(Net { width: *width, driver: Driver::Cell(CellId::new(first_cell + i), 0) });
-            for offset in 0..*width {
-                self.net[(first + offset) as usize] = net.0;
-                self.offset[(first + offset) as usize] = offset;
-            }
-        }
-        runs.into_iter().map(|(_, width, drivers)| (width, drivers)).collect()
-    }
-
-    /// The bits of a bus as slices of nets.
-    fn slices(&self, bus: &Bus, out: &mut Vec<Slice>) {
-        let start = out.len();
-        for bit in bus.bits() {
-            let (net, lo) = (NetId(self.net[bit as usize]), self.offset[bit as usize]);
-            debug_assert_ne!(net.0, NONE, "every bit is driven or tied");
-            match out[start..].last_mut() {
-                Some(last) if last.net == net && last.lo + last.width == lo => last.width += 1,
-                _ => out.push(Slice { net, lo, width: 1 }),
-            }
-        }
     }
 }

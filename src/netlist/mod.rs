@@ -4,13 +4,20 @@
 //! reads it and nothing upstream of it: it knows neither files nor engines.
 
 mod builder;
+mod bus;
+mod constant;
+mod fault;
 mod id;
+mod join;
 mod order;
 
 use crate::cell::CellKind;
 pub use crate::scenario::Timescale;
 
-pub use builder::{Builder, Bus, Fault};
+pub use builder::Builder;
+pub use bus::Bus;
+pub use constant::Constants;
+pub use fault::Fault;
 pub use id::{CellId, NetId, ScopeId, SignalId};
 pub use order::{Loop, Order};
 

@@ -2,7 +2,8 @@
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
-use super::{CellId, Driver, Netlist};
+use super::constant::Constants;
+use super::{CellId, Driver, NetId, Netlist};
 
 /// An evaluation order.
 #[derive(Clone, Debug, Default)]
@@ -20,48 +21,69 @@ pub struct Loop {
     pub cells: Vec<CellId>,
 }
 
-/// For each cell the cells that read it at once, as a compressed adjacency list.
-struct Readers {
+/// For each cell, or net, the cells that read it, as a compressed adjacency list.
+pub(super) struct Readers {
     start: Vec<u32>,
     list: Vec<u32>,
 }
 
 impl Readers {
-    fn new(netlist: &Netlist) -> Readers {
-        let n = netlist.cells.len();
+    /// From a walk over the edges that calls what it is given with the two ends of each.
+    fn new(n: usize, walk: impl Fn(&mut dyn FnMut(usize, CellId))) -> Readers {
         let mut start = vec![0u32; n + 1];
-        each_edge(netlist, |from, _| start[from.index() + 1] += 1);
+        walk(&mut |from, _| start[from + 1] += 1);
         for i in 0..n {
             start[i + 1] += start[i];
         }
         let mut at = start.clone();
         let mut list = vec![0; start[n] as usize];
-        each_edge(netlist, |from, to| {
-            list[at[from.index()] as usize] = to.0;
-            at[from.index()] += 1;
+        walk(&mut |from, to| {
+            list[at[from] as usize] = to.0;
+            at[from] += 1;
         });
         Readers { start, list }
     }
 
-    fn of(&self, cell: u32) -> &[u32] {
+    /// The cells that read a net.
+    pub(super) fn of(&self, net: NetId) -> &[u32] {
+        self.at(net.0)
+    }
+
+    fn at(&self, cell: u32) -> &[u32] {
         &self.list[self.start[cell as usize] as usize..self.start[cell as usize + 1] as usize]
     }
 }
 
-/// Calls `f(driver, reader)` for every slice that a cell reads at once.
-fn each_edge(netlist: &Netlist, mut f: impl FnMut(CellId, CellId)) {
-    for to in netlist.cell_ids() {
-        let kind = &netlist.cell(to).kind;
-        for pin in 0..kind.inputs().len() {
-            if !kind.acts_at_once(pin, |p| !netlist.input(to, p).is_empty()) {
-                continue;
-            }
-            for slice in netlist.input(to, pin) {
-                if let Driver::Cell(from, _) = netlist.net(slice.net).driver {
-                    f(from, to);
+impl Netlist {
+    /// For each net the cells that read it.
+    pub(super) fn readers_of_nets(&self) -> Readers {
+        Readers::new(self.nets.len(), |f| {
+            for to in self.cell_ids() {
+                for pin in 0..self.cell(to).kind.inputs().len() {
+                    self.input(to, pin).iter().for_each(|s| f(s.net.index(), to));
                 }
             }
-        }
+        })
+    }
+
+    /// For each cell those that a change of it can change at once.
+    fn readers_at_once(&self) -> Readers {
+        let constants = Constants::new(self);
+        Readers::new(self.cells.len(), |f| {
+            for to in self.cell_ids() {
+                let kind = &self.cell(to).kind;
+                for pin in 0..kind.inputs().len() {
+                    if !kind.acts_at_once(pin, |p| !self.input(to, p).iter().all(|s| constants.is_zero(s))) {
+                        continue;
+                    }
+                    for slice in self.input(to, pin).iter().filter(|s| !constants.covers(s)) {
+                        if let Driver::Cell(from, _) = self.net(slice.net).driver {
+                            f(from.index(), to);
+                        }
+                    }
+                }
+            }
+        })
     }
 }
 
@@ -70,7 +92,7 @@ impl Netlist {
     #[must_use]
     pub fn order(&self) -> Order {
         const UNSEEN: u32 = u32::MAX;
-        let readers = Readers::new(self);
+        let readers = self.readers_at_once();
         let n = self.cells.len();
         let (mut index, mut low) = (vec![UNSEEN; n], vec![0u32; n]);
         let mut on_stack = vec![false; n];
@@ -90,7 +112,7 @@ impl Netlist {
                     stack.push(cell);
                     on_stack[c] = true;
                 }
-                if let Some(&to) = readers.of(cell).get(*edge as usize) {
+                if let Some(&to) = readers.at(cell).get(*edge as usize) {
                     *edge += 1;
                     if index[to as usize] == UNSEEN {
                         work.push((to, 0));
@@ -113,7 +135,7 @@ impl Netlist {
                         }
                     }
                     let end = order.sequence.len();
-                    if end - begin > 1 || readers.of(cell).contains(&cell) {
+                    if end - begin > 1 || readers.at(cell).contains(&cell) {
                         order.groups.push(begin..end);
                     }
                 }
@@ -134,14 +156,14 @@ impl Netlist {
         if order.groups.is_empty() {
             return Vec::new();
         }
-        let readers = Readers::new(self);
+        let readers = self.readers_at_once();
         order.groups.iter().filter_map(|g| self.circle_among(&readers, &order.sequence[g.clone()])).collect()
     }
 
     /// A shortest circle among some cells, if they feed back on each other.
     #[must_use]
     pub fn circle(&self, cells: &[CellId]) -> Option<Loop> {
-        self.circle_among(&Readers::new(self), cells)
+        self.circle_among(&self.readers_at_once(), cells)
     }
 
     /// The shortest circle through the member that comes first by name of those that lie on one, which does not depend
@@ -159,7 +181,7 @@ fn shortest_circle(readers: &Readers, start: CellId, inside: &HashSet<CellId>) -
     let mut from: HashMap<CellId, CellId> = HashMap::new();
     let mut queue = VecDeque::from([start]);
     while let Some(cell) = queue.pop_front() {
-        for &to in readers.of(cell.0) {
+        for &to in readers.at(cell.0) {
             let to = CellId(to);
             if to == start {
                 let mut cells = vec![cell];

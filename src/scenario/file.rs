@@ -18,9 +18,10 @@ use crate::json::{self, Recover, Spanned};
 #[serde(deny_unknown_fields)]
 pub struct ScenarioFile {
     /// Where an editor finds the schema.
-    #[serde(rename = "$schema")]
+    #[serde(rename = "$schema", default, deserialize_with = "json::or_default")]
     pub schema: Option<String>,
     /// Free text: what the scenario shows.
+    #[serde(default, deserialize_with = "json::or_default")]
     pub doc: Option<String>,
     /// The circuit file, relative to this one.
     pub circuit: Spanned<String>,
@@ -36,6 +37,7 @@ pub struct ScenarioFile {
 #[serde(deny_unknown_fields)]
 pub struct Simulation {
     /// Free text.
+    #[serde(default, deserialize_with = "json::or_default")]
     pub doc: Option<String>,
     /// Inputs that are clocks.
     #[serde(default)]
@@ -61,6 +63,7 @@ pub struct Simulation {
 #[serde(deny_unknown_fields)]
 pub struct Clock {
     /// Free text.
+    #[serde(default, deserialize_with = "json::or_default")]
     pub doc: Option<String>,
     /// The time from one rising edge to the next.
     pub period: TimeText,
@@ -77,6 +80,7 @@ pub struct Clock {
 #[serde(deny_unknown_fields)]
 pub struct Stimulus {
     /// Free text.
+    #[serde(default, deserialize_with = "json::or_default")]
     pub doc: Option<String>,
     /// The time; or `on`.
     pub at: Option<TimeText>,
@@ -135,6 +139,7 @@ pub struct Limit {
 #[serde(deny_unknown_fields)]
 pub struct Expect {
     /// Free text.
+    #[serde(default, deserialize_with = "json::or_default")]
     pub doc: Option<String>,
     /// The net, by its path below the top module.
     pub net: Name,
@@ -260,5 +265,104 @@ impl Simulation {
                 _ => {}
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Timescale;
+    use super::*;
+
+    fn read(text: &str) -> (Option<ScenarioFile>, Vec<String>) {
+        let mut sources = Sources::new();
+        let file = sources.add("t.json", text.to_owned());
+        let mut diagnostics = Diagnostics::new();
+        let scenario = ScenarioFile::parse(&sources, file, &mut diagnostics);
+        diagnostics.sort();
+        let told =
+            diagnostics.iter().map(|d| format!("{} at {}: {}", d.code, sources.slice(d.place().unwrap()), d.message));
+        (scenario, told.collect())
+    }
+
+    fn simulation(inside: &str) -> (Simulation, Vec<String>) {
+        let (file, told) = read(&format!("{{\"circuit\": \"c.json\", \"simulation\": {{ {inside} }}}}"));
+        (file.and_then(|f| f.simulation).and_then(|s| s.0).unwrap_or_default(), told)
+    }
+
+    #[test]
+    fn the_examples_of_the_documentation() {
+        let page = include_str!("../../docs/scenarios.md");
+        let mut examples = page.split("```json\n").skip(1).map(|part| part.split("```").next().unwrap());
+        let (file, told) = read(examples.next().unwrap());
+        assert_eq!(told, [""; 0]);
+        let file = file.unwrap();
+        assert_eq!(file.circuit.value, "../circuits/evaluation/line.json");
+        assert_eq!(file.parameters["W"].as_ref().unwrap().expr().unwrap().as_number(), Some(8));
+
+        let (file, told) = read(&format!("{{ \"circuit\": \"c\", {} }}", examples.next().unwrap()));
+        assert_eq!(told, [""; 0]);
+        let s = file.unwrap().simulation.unwrap().0.unwrap();
+        let clock = s.clocks["dt"].as_ref().unwrap();
+        assert_eq!(clock.period.ticks(Timescale::default(), &()), Ok(20));
+        assert_eq!(clock.phase.as_ref().unwrap().ticks(Timescale::default(), &()), Ok(10));
+        assert_eq!(s.inputs["xh"].as_ref().unwrap().value(8).unwrap().to_u64(), Some(0));
+        let stimulus = s.stimulus.unwrap();
+        assert_eq!(stimulus.len(), 3);
+        let on = stimulus[2].as_ref().unwrap().on.as_ref().unwrap();
+        assert_eq!((on.clock.value.as_str(), on.edge.unwrap().value), ("dt", Edge::Falling));
+        assert_eq!(s.until.unwrap().as_ref().unwrap().net.value, "end");
+        assert_eq!(s.limit.unwrap().as_ref().unwrap().cycles.as_ref().unwrap().text(), "2 << W");
+        assert_eq!(s.trace.unwrap()[0].value, "**");
+        assert_eq!(s.expect.unwrap()[2].as_ref().unwrap().pulses.as_ref().unwrap().as_number(), Some(5));
+    }
+
+    #[test]
+    fn faults() {
+        let (_, told) = simulation(
+            r#""clocks": { "c": { "period": "5x" }, "d": { "period": 10, "high": 5, "duty": 50 }, "e": { "duty": 101 } },
+               "inputs": { "a": 1.5, "b": null },
+               "stimulus": [ { "at": 0, "on": { "clock": "c" }, "set": {} }, { "set": { "a": 1 } },
+                             { "on": { "clock": "c", "edge": "up" }, "set": {} } ],
+               "expect": [ { "net": "x" }, { "net": "y", "value": 1, "pulses": 1 }, { "net": "z", "pulses": 1, "at": 3 } ],
+               "trace": "**""#,
+        );
+        // `trace` is faulty, so the whole is; its contradictions are found once it can be read.
+        let expected = [
+            "bad-time at 5x: `x` is not a unit of time",
+            "missing-field at e: `e` has no field `period`",
+            "bad-value at 101: a percentage must be a number from 0 to 100",
+            "wrong-type at 1.5: `a` must be a value: an integer, or a string such as \"4'b10x1\"",
+            "wrong-type at null: `b` must be a value: an integer, or a string such as \"4'b10x1\"",
+            "bad-value at up: `edge` must be `rising` or `falling`",
+            "wrong-type at **: `trace` must be an array",
+        ];
+        assert_eq!(told, expected);
+    }
+
+    #[test]
+    fn contradictions() {
+        let (s, told) = simulation(
+            r#""clocks": { "d": { "period": 10, "high": 5, "duty": 50 } },
+               "stimulus": [ { "at": 0, "on": { "clock": "c" }, "set": {} }, { "set": { "a": 1 } } ],
+               "expect": [ { "net": "x" }, { "net": "y", "value": 1, "pulses": 2 }, { "net": "z", "pulses": 1, "at": 3 } ]"#,
+        );
+        let expected = [
+            "bad-scenario at 50: a clock has both `high` and `duty`",
+            "bad-scenario at 0: a stimulus has both `at` and `on`",
+            "bad-scenario at a: a stimulus has neither `at` nor `on`",
+            "bad-scenario at x: an expectation has neither `value` nor `pulses`",
+            "bad-scenario at 2: an expectation has both `value` and `pulses`",
+            "bad-scenario at 3: pulses are counted up to the end, not at a time",
+        ];
+        assert_eq!(told, expected);
+        assert_eq!(s.clocks.len(), 1);
+    }
+
+    #[test]
+    fn values() {
+        let at = Span::default();
+        assert_eq!(ValueText::new("4'b10x1", at).value(4).unwrap().bit_string(), "10x1");
+        assert_eq!(ValueText::new("-1", at).value(4).unwrap().bit_string(), "1111");
+        assert_eq!(ValueText::new("16", at).value(4).unwrap_err().code, Code::BadValue);
     }
 }

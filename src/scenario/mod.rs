@@ -1,7 +1,14 @@
-//! Scenarios: what happens to a circuit. Here so far: the file as it is written, times and values.
+//! Scenarios: what happens to a circuit: clocks, stimulus, when to stop, what to record, what must hold.
+//!
+//! [`file`] is what an author writes, [`Scenario`] the same with its names resolved, [`run`](run()) runs it on any engine
+//! into any waveform. This room does not know how an engine works inside.
 
 pub mod file;
+mod resolve;
+mod run;
 pub mod time;
 
 pub use file::{Clock, Edge, EdgeOf, Expect, Limit, ScenarioFile, Simulation, Stimulus, Until, ValueText};
+pub use resolve::{DEFAULT_CYCLES, DrivenClock, Event, Expectation, Rule, Scenario};
+pub use run::{Control, Failure, Found, Outcome, RunError, Stop, run};
 pub use time::{Percent, TimeText, Timescale, Unit};

@@ -107,7 +107,13 @@ impl Scenario {
         }
         for (name, value) in &simulation.inputs {
             if simulation.clocks.contains_key(name.value.as_str()) {
-                r.diagnostics.push(Diagnostic::new(Code::BadScenario, format!("`{}` is both a clock and an input with a value", name.value)).at(name.span, "leave one of them out"));
+                r.diagnostics.push(
+                    Diagnostic::new(
+                        Code::BadScenario,
+                        format!("`{}` is both a clock and an input with a value", name.value),
+                    )
+                    .at(name.span, "leave one of them out"),
+                );
                 continue;
             }
             let value = value.as_ref();
@@ -152,8 +158,13 @@ impl Resolver<'_> {
         let found = self.netlist.find(name);
         if found.is_none() {
             let all: Vec<String> = self.netlist.signal_ids().map(|s| self.netlist.signal_path(s)).collect();
-            let fault = Diagnostic::new(Code::UnknownNet, format!("the circuit has no net `{}`", name.value)).at(name.span, "not in the circuit");
-            self.diagnostics.push(fault.did_you_mean(name, all.iter().map(String::as_str)).help("a net is named by its path below the top module, as in `adder.fa[3].s`"));
+            let fault = Diagnostic::new(Code::UnknownNet, format!("the circuit has no net `{}`", name.value))
+                .at(name.span, "not in the circuit");
+            self.diagnostics.push(
+                fault
+                    .did_you_mean(name, all.iter().map(String::as_str))
+                    .help("a net is named by its path below the top module, as in `adder.fa[3].s`"),
+            );
         }
         found
     }
@@ -163,8 +174,10 @@ impl Resolver<'_> {
         let id = self.signal(name)?;
         let signal = self.netlist.signal(id);
         if signal.drive.is_none() {
-            let inputs: Vec<&str> = self.netlist.signals().iter().filter(|s| s.drive.is_some()).map(|s| s.name.as_str()).collect();
-            let fault = Diagnostic::new(Code::BadScenario, format!("`{}` is not an input of the circuit", name.value)).at(name.span, "the circuit drives it itself");
+            let inputs: Vec<&str> =
+                self.netlist.signals().iter().filter(|s| s.drive.is_some()).map(|s| s.name.as_str()).collect();
+            let fault = Diagnostic::new(Code::BadScenario, format!("`{}` is not an input of the circuit", name.value))
+                .at(name.span, "the circuit drives it itself");
             self.diagnostics.push(fault.note(format!("the inputs are {}", inputs.join(", "))));
         }
         Some((signal.drive?, signal.width))
@@ -182,7 +195,13 @@ impl Resolver<'_> {
         let period = self.ticks(&clock.period)?;
         let fault = |message: String, span| Diagnostic::new(Code::BadScenario, message).at(span, "");
         if period < 2 {
-            self.diagnostics.push(fault(format!("the clock `{}` has a period of {period} ticks; it needs two or more", name.value), clock.period.span()).help("choose a finer `timescale`"));
+            self.diagnostics.push(
+                fault(
+                    format!("the clock `{}` has a period of {period} ticks; it needs two or more", name.value),
+                    clock.period.span(),
+                )
+                .help("choose a finer `timescale`"),
+            );
             return None;
         }
         let (high, span) = match (&clock.high, &clock.duty) {
@@ -191,7 +210,10 @@ impl Resolver<'_> {
             (None, None) => (period / 2, clock.period.span()),
         };
         if high == 0 || high >= period {
-            self.diagnostics.push(fault(format!("the clock `{}` would be high for {high} of {period} ticks", name.value), span).help("it must be high for at least one tick and low for at least one"));
+            self.diagnostics.push(
+                fault(format!("the clock `{}` would be high for {high} of {period} ticks", name.value), span)
+                    .help("it must be high for at least one tick and low for at least one"),
+            );
             return None;
         }
         let phase = match &clock.phase {
@@ -205,7 +227,10 @@ impl Resolver<'_> {
         let mut sets = Vec::new();
         for (name, value) in &stimulus.set {
             if simulation.clocks.contains_key(name.value.as_str()) {
-                self.diagnostics.push(Diagnostic::new(Code::BadScenario, format!("`{}` is a clock", name.value)).at(name.span, "a stimulus cannot set it"));
+                self.diagnostics.push(
+                    Diagnostic::new(Code::BadScenario, format!("`{}` is a clock", name.value))
+                        .at(name.span, "a stimulus cannot set it"),
+                );
             } else if let Some((net, width)) = self.input(name) {
                 sets.extend(self.value(value, width).map(|v| (net, v)));
             }
@@ -220,7 +245,8 @@ impl Resolver<'_> {
         let on = stimulus.on.as_ref()?;
         let Some(clock) = simulation.clocks.get(on.clock.value.as_str()) else {
             let names = simulation.clocks.keys().map(|n| n.value.as_str());
-            let fault = Diagnostic::new(Code::UnknownClock, format!("the scenario has no clock `{}`", on.clock.value)).at(on.clock.span, "not among its `clocks`");
+            let fault = Diagnostic::new(Code::UnknownClock, format!("the scenario has no clock `{}`", on.clock.value))
+                .at(on.clock.span, "not among its `clocks`");
             self.diagnostics.push(fault.did_you_mean(&on.clock, names));
             return None;
         };
@@ -231,9 +257,14 @@ impl Resolver<'_> {
         };
         let edge = on.edge.as_ref().map_or(Edge::Rising, |e| e.value);
         let offset = if edge == Edge::Falling { clock.high } else { 0 };
-        let time = u64::try_from(count - 1).ok().and_then(|n| n.checked_mul(clock.period)?.checked_add(clock.phase)?.checked_add(offset));
+        let time = u64::try_from(count - 1)
+            .ok()
+            .and_then(|n| n.checked_mul(clock.period)?.checked_add(clock.phase)?.checked_add(offset));
         if time.is_none() {
-            self.diagnostics.push(Diagnostic::new(Code::BadScenario, format!("there is no edge number {count}")).at(span, "edges count from 1"));
+            self.diagnostics.push(
+                Diagnostic::new(Code::BadScenario, format!("there is no edge number {count}"))
+                    .at(span, "edges count from 1"),
+            );
         }
         time
     }
@@ -256,7 +287,13 @@ impl Resolver<'_> {
         });
         let clock = clock.or(own);
         // n cycles end with the n-th falling edge
-        let end = |n: u64, c: crate::cell::Clock| n.saturating_sub(1).saturating_mul(c.period).saturating_add(c.phase).saturating_add(if n == 0 { 0 } else { c.high });
+        let end = |n: u64, c: crate::cell::Clock| {
+            n.saturating_sub(1).saturating_mul(c.period).saturating_add(c.phase).saturating_add(if n == 0 {
+                0
+            } else {
+                c.high
+            })
+        };
         let mut last = None;
         if let Some(time) = limit.and_then(|l| l.time.as_ref()) {
             last = self.ticks(time);
@@ -266,8 +303,14 @@ impl Resolver<'_> {
         {
             match (u64::try_from(n), clock) {
                 (Ok(n), Some(clock)) => last = Some(last.unwrap_or(u64::MAX).min(end(n, clock))),
-                (Err(_), _) => self.diagnostics.push(Diagnostic::new(Code::BadScenario, format!("a run cannot take {n} cycles")).at(cycles.span(), "")),
-                (_, None) => self.diagnostics.push(Diagnostic::new(Code::BadScenario, "there is no clock whose cycles could be counted").at(cycles.span(), "").help("limit the run by `time`")),
+                (Err(_), _) => self.diagnostics.push(
+                    Diagnostic::new(Code::BadScenario, format!("a run cannot take {n} cycles")).at(cycles.span(), ""),
+                ),
+                (_, None) => self.diagnostics.push(
+                    Diagnostic::new(Code::BadScenario, "there is no clock whose cycles could be counted")
+                        .at(cycles.span(), "")
+                        .help("limit the run by `time`"),
+                ),
             }
         }
         last.unwrap_or_else(|| clock.map_or(DEFAULT_CYCLES, |c| end(DEFAULT_CYCLES, c)))
@@ -287,11 +330,15 @@ impl Resolver<'_> {
                     chosen.extend(matching);
                     if none && before == chosen.len() {
                         let names: Vec<String> = paths.iter().map(|p| p.replace('/', ".")).collect();
-                        let fault = Diagnostic::new(Code::NoMatch, format!("`{}` matches no net", glob.value)).at(glob.span, "");
+                        let fault = Diagnostic::new(Code::NoMatch, format!("`{}` matches no net", glob.value))
+                            .at(glob.span, "");
                         self.diagnostics.push(fault.did_you_mean(glob, names.iter().map(String::as_str)));
                     }
                 }
-                Err(why) => self.diagnostics.push(Diagnostic::new(Code::BadGlob, format!("`{}` is not a pattern for nets: {why}", glob.value)).at(glob.span, "")),
+                Err(why) => self.diagnostics.push(
+                    Diagnostic::new(Code::BadGlob, format!("`{}` is not a pattern for nets: {why}", glob.value))
+                        .at(glob.span, ""),
+                ),
             }
         }
         self.netlist.signal_ids().filter(|s| chosen.contains(&s.index())).collect()
@@ -310,7 +357,9 @@ impl Resolver<'_> {
             let pulses = expect.pulses.as_ref()?;
             let n = self.ok(pulses.eval(&self.circuit.parameters))?;
             let Ok(n) = u64::try_from(n) else {
-                self.diagnostics.push(Diagnostic::new(Code::BadScenario, format!("there cannot be {n} pulses")).at(pulses.span(), ""));
+                self.diagnostics.push(
+                    Diagnostic::new(Code::BadScenario, format!("there cannot be {n} pulses")).at(pulses.span(), ""),
+                );
                 return None;
             };
             Rule::Pulses(n)
@@ -321,7 +370,13 @@ impl Resolver<'_> {
 
     /// Tells of inputs that clock something and that the scenario never drives.
     fn undriven_clocks(&mut self, scenario: &Scenario) {
-        let driven: HashSet<NetId> = scenario.clocks.iter().map(|c| c.net).chain(scenario.inputs.iter().map(|i| i.0)).chain(scenario.stimulus.iter().flat_map(|e| &e.sets).map(|s| s.0)).collect();
+        let driven: HashSet<NetId> = scenario
+            .clocks
+            .iter()
+            .map(|c| c.net)
+            .chain(scenario.inputs.iter().map(|i| i.0))
+            .chain(scenario.stimulus.iter().flat_map(|e| &e.sets).map(|s| s.0))
+            .collect();
         let mut told = HashSet::new();
         for cell in self.netlist.cell_ids() {
             let kind = &self.netlist.cell(cell).kind;
@@ -330,12 +385,23 @@ impl Resolver<'_> {
             for _ in 0..self.netlist.cells().len() {
                 let Some(slice) = self.netlist.input(at.0, at.1).first() else { break };
                 match self.netlist.net(slice.net).driver {
-                    Driver::Cell(from, _) if matches!(self.netlist.cell(from).kind, CellKind::Gate { op: GateOp::Buf | GateOp::Not, width: 1, .. }) => at = (from, 0),
+                    Driver::Cell(from, _)
+                        if matches!(
+                            self.netlist.cell(from).kind,
+                            CellKind::Gate { op: GateOp::Buf | GateOp::Not, width: 1, .. }
+                        ) =>
+                    {
+                        at = (from, 0)
+                    }
                     Driver::Input(input) if !driven.contains(&slice.net) && told.insert(input) => {
                         let name = &self.netlist.signal(input).name;
-                        let fault = Diagnostic::new(Code::UndrivenClock, format!("nothing drives `{name}`, the clock of `{}`", self.netlist.cell_path(cell)));
+                        let fault = Diagnostic::new(
+                            Code::UndrivenClock,
+                            format!("nothing drives `{name}`, the clock of `{}`", self.netlist.cell_path(cell)),
+                        );
                         let fault = fault.at(self.circuit.place(input), "an input that the scenario leaves alone");
-                        self.diagnostics.push(fault.help(format!("add it to `clocks`: \"{name}\": {{ \"period\": 20 }}")));
+                        self.diagnostics
+                            .push(fault.help(format!("add it to `clocks`: \"{name}\": {{ \"period\": 20 }}")));
                         break;
                     }
                     _ => break,

@@ -143,7 +143,8 @@ impl<'n> Watch<'n> {
                 counts.push(Count { signal: e.signal, high: false, low: false, pulses: 0 });
             }
         }
-        let watched = traced.iter().copied().chain(scenario.until.iter().map(|u| u.0)).chain(counts.iter().map(|c| c.signal));
+        let watched =
+            traced.iter().copied().chain(scenario.until.iter().map(|u| u.0)).chain(counts.iter().map(|c| c.signal));
         for signal in watched {
             netlist.bits(signal).iter().for_each(|s| engine.observe(s.net));
         }
@@ -196,7 +197,13 @@ impl<'n> Watch<'n> {
 /// # Errors
 /// If something never settles, or the waveform cannot be written. What was recorded before an unsettled instant is
 /// completed as a waveform up to there.
-pub fn run(netlist: &Netlist, scenario: &Scenario, engine: &mut dyn Engine, mut sink: Option<&mut dyn Sink>, control: &mut Control<'_>) -> Result<Outcome, RunError> {
+pub fn run(
+    netlist: &Netlist,
+    scenario: &Scenario,
+    engine: &mut dyn Engine,
+    mut sink: Option<&mut dyn Sink>,
+    control: &mut Control<'_>,
+) -> Result<Outcome, RunError> {
     if let Some(sink) = &mut sink {
         sink.begin(&layout(netlist, &scenario.trace))?;
     }
@@ -214,7 +221,14 @@ pub fn run(netlist: &Netlist, scenario: &Scenario, engine: &mut dyn Engine, mut 
         }
     }
     checks.sort_unstable();
-    let mut outcome = Outcome { stop: Stop::Limit, time: 0, events: 0, failures: Vec::new(), unknown_controls: Vec::new(), outputs: Vec::new() };
+    let mut outcome = Outcome {
+        stop: Stop::Limit,
+        time: 0,
+        events: 0,
+        failures: Vec::new(),
+        unknown_controls: Vec::new(),
+        outputs: Vec::new(),
+    };
     let end = instants(scenario, engine, &mut watch, &mut sink, &checks, &mut outcome, control);
     outcome.time = engine.now();
     outcome.events = engine.events();
@@ -227,7 +241,9 @@ pub fn run(netlist: &Netlist, scenario: &Scenario, engine: &mut dyn Engine, mut 
     outcome.stop = end?;
     for (i, e) in scenario.expect.iter().enumerate() {
         let found = match &e.rule {
-            Rule::Value(None, expected) => Some(watch.value(engine, e.signal)).filter(|v| v != expected).map(Found::Value),
+            Rule::Value(None, expected) => {
+                Some(watch.value(engine, e.signal)).filter(|v| v != expected).map(Found::Value)
+            }
             Rule::Value(Some(time), _) => (*time > outcome.time).then_some(Found::EndedBefore),
             Rule::Pulses(expected) => {
                 let pulses = watch.counts.iter().find(|c| c.signal == e.signal).map_or(0, |c| c.pulses);
@@ -237,13 +253,23 @@ pub fn run(netlist: &Netlist, scenario: &Scenario, engine: &mut dyn Engine, mut 
         outcome.failures.extend(found.map(|found| Failure { expectation: i, found }));
     }
     outcome.failures.sort_by_key(|f| f.expectation);
-    let outputs = netlist.signal_ids().filter(|&s| matches!(netlist.signal(s).port, Some(crate::netlist::Direction::Output | crate::netlist::Direction::Inout)));
+    let outputs = netlist.signal_ids().filter(|&s| {
+        matches!(netlist.signal(s).port, Some(crate::netlist::Direction::Output | crate::netlist::Direction::Inout))
+    });
     outcome.outputs = outputs.map(|s| (s, watch.value(engine, s))).collect();
     Ok(outcome)
 }
 
 /// From instant to instant until something ends the run.
-fn instants(scenario: &Scenario, engine: &mut dyn Engine, watch: &mut Watch<'_>, sink: &mut Option<&mut dyn Sink>, checks: &[(u64, usize)], outcome: &mut Outcome, control: &mut Control<'_>) -> Result<Stop, RunError> {
+fn instants(
+    scenario: &Scenario,
+    engine: &mut dyn Engine,
+    watch: &mut Watch<'_>,
+    sink: &mut Option<&mut dyn Sink>,
+    checks: &[(u64, usize)],
+    outcome: &mut Outcome,
+    control: &mut Control<'_>,
+) -> Result<Stop, RunError> {
     let mut stimulus = scenario.stimulus.iter().peekable();
     let mut checks = checks.iter().peekable();
     let mut first = true;
@@ -302,7 +328,13 @@ fn drive(engine: &mut dyn Engine, net: crate::netlist::NetId, value: &Value) {
 
 /// The waveform's scopes and variables: one variable for each traced signal, in the same order.
 fn layout(netlist: &Netlist, traced: &[SignalId]) -> Layout {
-    let mut layout = Layout { timescale: netlist.timescale(), ..Layout::default() };
+    let timescale = netlist.timescale();
+    let unit = crate::wave::TimeUnit::ALL
+        .into_iter()
+        .find(|u| u.name() == timescale.unit().as_str())
+        .unwrap_or(crate::wave::TimeUnit::Ns);
+    let timescale = crate::wave::Timescale { count: timescale.count(), unit };
+    let mut layout = Layout { timescale, ..Layout::default() };
     let mut used = vec![false; netlist.scopes().len()];
     used[0] = true;
     for &signal in traced {

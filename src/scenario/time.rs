@@ -350,3 +350,77 @@ impl JsonSchema for Percent {
         json_schema!({ "type": "number", "minimum": 0, "maximum": 100 })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use indexmap::IndexMap;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn ticks(text: &str, timescale: &str) -> Result<u64, String> {
+        let names = IndexMap::from([("W".to_owned(), 4)]);
+        let time = TimeText::parse(text, Span::default()).map_err(|d| d.message)?;
+        time.ticks(timescale.parse().unwrap(), &names).map_err(|d| d.message)
+    }
+
+    #[test]
+    fn times_in_ticks() {
+        assert_eq!(ticks("5", "1ns"), Ok(5));
+        assert_eq!(ticks("2 << W", "1ns"), Ok(32));
+        assert_eq!(ticks("5ns", "1ns"), Ok(5));
+        assert_eq!(ticks("2.5us", "1ns"), Ok(2500));
+        assert_eq!(ticks(" 2.50 us ", "10ns"), Ok(250));
+        assert_eq!(ticks("1s", "1fs"), Ok(1_000_000_000_000_000));
+        assert_eq!(ticks("0ns", "100s"), Ok(0));
+        assert_eq!(ticks("300s", "100s"), Ok(3));
+        assert_eq!(ticks("0.000000000000001s", "1fs"), Ok(1));
+        assert_eq!(ticks("2.5ns", "1ns"), Err("`2.5ns` is not a whole number of ticks of 1ns".into()));
+        assert_eq!(ticks("5ns", "10ns"), Err("`5ns` is not a whole number of ticks of 10ns".into()));
+        assert_eq!(ticks("2.5", "1ns"), Err("`2.5` is not a whole number of ticks".into()));
+        assert_eq!(ticks("5m", "1ns"), Err("`m` is not a unit of time".into()));
+        assert_eq!(ticks("5µs", "1ns"), Err("`µs` is not a unit of time".into()));
+        assert_eq!(ticks("1.2.3ns", "1ns"), Err("`1.2.3ns` is not a time".into()));
+        assert_eq!(ticks("5 - 6", "1ns"), Err("a time is negative: -1 ticks".into()));
+        assert_eq!(ticks("99999s", "1fs"), Err("`99999s` is more than 2^64-1 ticks of 1fs".into()));
+        assert_eq!(ticks("99999999999999999999ns", "1ns"), Err("`99999999999999999999ns` is not a time".into()));
+        assert_eq!(ticks("5 5", "1ns"), Err("expected the end of the expression".into()));
+        assert_eq!(ticks("", "1ns"), Err("an expression is missing".into()));
+    }
+
+    #[test]
+    fn timescales() {
+        for good in ["1s", "10ms", "100 us", "1ns", "10ps", "100fs"] {
+            assert_eq!(good.parse::<Timescale>().unwrap().to_string(), good.replace(' ', ""));
+        }
+        for bad in ["", "1", "ns", "2ns", "1000ns", "1 n s", "-1ns", "1µs", "01ns ns"] {
+            assert!(bad.parse::<Timescale>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn shares() {
+        let percent = |text: &str| {
+            let (decimal, rest) = Decimal::take(text).unwrap();
+            assert_eq!(rest, "");
+            Percent { decimal, span: Span::default() }
+        };
+        assert_eq!(percent("50").of(20), Ok(10));
+        assert_eq!(percent("12.5").of(40), Ok(5));
+        assert_eq!(percent("100").of(u64::MAX), Ok(u64::MAX));
+        assert_eq!(percent("0").of(7), Ok(0));
+        assert!(percent("33.3").of(100).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn anything_is_read_without_panic(text in r"([0-9]|\.|[munpf]?s| |W|[-+*/(]|é){0,24}") {
+            let _ = ticks(&text, "1ns");
+        }
+
+        #[test]
+        fn a_decimal_is_what_it_says(ns in 0u64..1_000_000, ps in 0u64..1000) {
+            prop_assert_eq!(ticks(&format!("{ns}.{ps:03}ns"), "1ps"), Ok(ns * 1000 + ps));
+        }
+    }
+}

@@ -194,25 +194,25 @@ pub fn diff(a: &mut Waves, b: &mut Waves, options: &Options) -> Result<Differenc
     let compare = Compare { until: end_a.min(end_b), scale, dont_care: options.x_as_dont_care };
 
     let (mut found, clock) = compare.all(a, b, &pairs)?;
-    found.sort_by_key(|&(time, name_of, _)| (time, name_of));
+    found.sort_by_key(|found| (found.time, found.var));
     result.differing = found.len();
-    result.first = found.first().map(|&(time, ..)| time);
-    for &(time, name_of, pair) in found.iter().take(options.max_signals) {
+    result.first = found.first().map(|found| found.time);
+    for &Found { time, var, pair } in found.iter().take(options.max_signals) {
         let (row, _) = compare.around(a, b, pair, None, time, 0)?;
-        let name = a.vars()[name_of].name.clone();
+        let name = a.vars()[var].name.clone();
         let (a, b) = row.into_iter().next().map_or_else(Default::default, |row| (row.a, row.b));
         result.signals.push(SignalDifference { name, time, a, b });
     }
-    if let Some(&(time, name_of, pair)) = found.first() {
+    if let Some(&Found { time, var, pair }) = found.first() {
         let clock = clock.filter(|(_, clock)| *clock != pair);
         let clock = match clock {
-            Some((name_of, clock)) if compare.is_clock(a, b, clock, time)? => Some((name_of, clock)),
+            Some((var, clock)) if compare.is_clock(a, b, clock, time)? => Some((var, clock)),
             _ => None,
         };
         let (rows, edges) = compare.around(a, b, pair, clock.map(|(_, clock)| clock), time, options.context)?;
         result.context = Some(Context {
-            signal: a.vars()[name_of].name.clone(),
-            clock: clock.map(|(name_of, _)| a.vars()[name_of].name.clone()),
+            signal: a.vars()[var].name.clone(),
+            clock: clock.map(|(var, _)| a.vars()[var].name.clone()),
             clock_edges: clock.map(|_| edges),
             rows,
         });
@@ -282,15 +282,22 @@ struct Compare {
 /// A variable by its index and the pair of signals it has.
 type Named = (usize, Pair);
 
+/// The first difference of a variable.
+struct Found {
+    time: u64,
+    var: usize,
+    pair: Pair,
+}
+
 impl Compare {
-    /// The first difference of each variable that has one (time, index, pair), and what may be the clock: the one-bit
+    /// The first difference of each variable that has one, and what may be the clock: the one-bit
     /// variable that changes most often.
     fn all(
         &self,
         a: &mut Waves,
         b: &mut Waves,
         pairs: &[(Pair, Vec<usize>)],
-    ) -> Result<(Vec<(u64, usize, Pair)>, Option<Named>), ReadError> {
+    ) -> Result<(Vec<Found>, Option<Named>), ReadError> {
         let mut found = Vec::new();
         let mut clock: Option<(usize, Named)> = None;
         for batch in pairs.chunks(BATCH) {
@@ -300,11 +307,11 @@ impl Compare {
                 let (signal_a, signal_b) = (loaded_a.get(&pair.0), loaded_b.get(&pair.1));
                 let walk = self.walk([(signal_a, a, self.scale.a), (signal_b, b, self.scale.b)]);
                 if let Some(time) = self.first_difference(walk, pair.2) {
-                    found.extend(vars.iter().map(|&var| (time, var, *pair)));
+                    found.extend(vars.iter().map(|&var| Found { time, var, pair: *pair }));
                 }
                 if pair.2 == ValueKind::Bits(1)
                     && let Some(changes) = signal_a.map(|signal| signal.time_indices().len())
-                    && clock.is_none_or(|(most, (name_of, _))| (changes, name_of) > (most, vars[0]))
+                    && clock.is_none_or(|(most, _)| changes > most)
                 {
                     clock = Some((changes, (vars[0], *pair)));
                 }
@@ -398,7 +405,7 @@ impl Compare {
     ) -> Walk<'a, impl Point<'a> + use<'a, N>> {
         let sources = sources.map(|(signal, waves, factor)| {
             let points = signal.into_iter().flat_map(|signal| read::changes(signal, waves.times()));
-            (points.map(move |(time, value)| (time * factor, value)).peekable(), None)
+            Source { points: points.map(move |(time, value)| (time * factor, value)).peekable(), last: None }
         });
         Walk { sources: sources.into(), now: 0 }
     }
@@ -414,9 +421,15 @@ impl<'a, I: Iterator<Item = (u64, SignalValueRef<'a>)>> Point<'a> for I {}
 
 /// Goes through the changes of several signals together, in order of time.
 struct Walk<'a, I: Point<'a>> {
-    /// What is to come of each, and when it last changed to what.
-    sources: Vec<(Peekable<I>, Option<(u64, SignalValueRef<'a>)>)>,
+    sources: Vec<Source<'a, I>>,
     now: u64,
+}
+
+struct Source<'a, I: Point<'a>> {
+    /// What is to come.
+    points: Peekable<I>,
+    /// When it last changed, and to what.
+    last: Option<(u64, SignalValueRef<'a>)>,
 }
 
 /// The value of a signal at one time.
@@ -431,10 +444,10 @@ enum Sample<'a> {
 impl<'a, I: Point<'a>> Walk<'a, I> {
     /// The next time at which any of them changes.
     fn next(&mut self) -> Option<u64> {
-        let next = self.sources.iter_mut().filter_map(|(points, _)| points.peek().map(|&(time, _)| time)).min()?;
-        for (points, last) in &mut self.sources {
-            if let Some(point) = points.next_if(|&(time, _)| time == next) {
-                *last = Some(point);
+        let next = self.sources.iter_mut().filter_map(|source| source.points.peek()).map(|&(time, _)| time).min()?;
+        for source in &mut self.sources {
+            if let Some(point) = source.points.next_if(|&(time, _)| time == next) {
+                source.last = Some(point);
             }
         }
         self.now = next;
@@ -442,7 +455,7 @@ impl<'a, I: Point<'a>> Walk<'a, I> {
     }
 
     fn value(&self, source: usize, kind: ValueKind) -> Sample<'a> {
-        match (self.sources[source].1, kind) {
+        match (self.sources[source].last, kind) {
             // An event is there only when it happens.
             (Some((time, _)), ValueKind::Event) if time != self.now => Sample::Nothing,
             (Some((_, value)), _) => Sample::Value(value),

@@ -63,7 +63,7 @@ fn the_report_of_a_wrong_value() {
 a  a.vcd  ends at 125 ns
 b  b.vcd  ends at 125 ns
 
-First difference at 70 ns: top.q (rising edge 7 of top.clk)
+First difference at 70 ns: top.q (after 7 rising edges of top.clk)
 
      time  top.clk  a          b
     45 ns  0        0100 (4)   0100 (4)
@@ -83,6 +83,12 @@ First difference at 70 ns: top.q (rising edge 7 of top.clk)
     70 ns  top.q   1111 (15)  0111 (7)
 ";
     assert_eq!(difference.to_string(), expected);
+}
+
+#[test]
+fn a_difference_before_the_clock_starts() {
+    let report = compare(&counting(4, None), &counting(4, None).replacen("b0000", "b0001", 1)).to_string();
+    assert!(report.contains("First difference at 0 ns: top.q (before any rising edge of top.clk)"), "{report}");
 }
 
 #[test]

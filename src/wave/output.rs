@@ -260,7 +260,7 @@ impl fmt::Display for OutputError {
 }
 
 /// The fault without the number of the operating system, which tells a user nothing.
-pub(super) fn reason(error: &io::Error) -> String {
+pub(crate) fn reason(error: &io::Error) -> String {
     let text = error.to_string();
     let text = text.split(" (os error").next().unwrap_or_default();
     let mut chars = text.chars();

@@ -13,7 +13,7 @@ use super::read::Fault;
 /// No end of the header, time that goes back, an unfinished last line.
 pub(super) fn vcd(input: &mut impl BufRead) -> Result<bool, Fault> {
     let mut scan = Scan { part: Part::Header, skipping: false, line: 1, time: None, values: false };
-    let mut token = Token { text: [0; 24], len: 0 };
+    let mut token = Token { text: [0; 64], len: 0 };
     loop {
         let chunk = input.fill_buf().map_err(Fault::Io)?;
         if chunk.is_empty() {
@@ -46,7 +46,7 @@ pub(super) fn vcd(input: &mut impl BufRead) -> Result<bool, Fault> {
 }
 
 struct Token {
-    text: [u8; 24],
+    text: [u8; 64],
     /// As it was read; may be more than is kept.
     len: usize,
 }
@@ -97,10 +97,12 @@ impl Scan {
         Ok(())
     }
 
+    /// Understood as the reader does, which also takes `#1e3` and `#5.0`.
     fn time(&mut self, digits: &[u8]) -> Result<(), Fault> {
-        // What is no number is left to the reader.
-        let Some(now) = std::str::from_utf8(digits).ok().and_then(|digits| digits.parse().ok()) else {
-            return Ok(());
+        let digits = String::from_utf8_lossy(digits);
+        let whole = || digits.parse::<f64>().ok().filter(|time| time.fract() == 0.0).map(|time| time as u64);
+        let Some(now) = digits.parse().ok().or_else(whole) else {
+            return Err(Fault::Malformed(format!("line {}: `#{digits}` is no time", self.line)));
         };
         match self.time.replace(now) {
             Some(before) if before > now => {
@@ -242,6 +244,9 @@ mod tests {
         assert_eq!(check("#5\nb1 #4\n1#3\nr2 #1\n$comment\n#2\n$end\n#6\n"), Ok(true));
         // The identifier `#4` has a time behind it that does go back.
         assert!(check("#5\nb1 #4 #3\n").is_err());
+        assert_eq!(check("#1e1\n#20.0\n"), Ok(true));
+        assert_eq!(check("#5\n#.0\n"), Err("it is damaged: line 3: time goes back from 5 to 0".into()));
+        assert_eq!(check("#soon\n"), Err("it is damaged: line 2: `#soon` is no time".into()));
     }
 
     #[test]

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Once;
 
 use wellen::{FileFormat, Hierarchy, ItemRef, LoadOptions, SignalEncoding, SignalRef, SignalSource, viewers};
-use wellen::{Signal, SignalValueRef, Var};
+use wellen::{Signal, SignalValueRef, States, Var};
 
 use super::{Layout, Timescale, precheck};
 
@@ -182,7 +182,11 @@ impl Waves {
     /// Loads signals, in the order in which they are asked for; each at most once. None for a file without values.
     pub(super) fn signals(&mut self, signals: &[SignalRef]) -> Result<Vec<Signal>, ReadError> {
         let Some(source) = &mut self.source else { return Ok(Vec::new()) };
-        let loaded = guarded(|| Ok(source.load_signals(signals, &self.hierarchy, false)));
+        let loaded = guarded(|| {
+            let loaded = source.load_signals(signals, &self.hierarchy, false);
+            loaded.iter().try_for_each(|signal| sound(signal, &self.times))?;
+            Ok(loaded)
+        });
         let mut loaded = loaded.map_err(|fault| ReadError { path: self.path.clone(), fault })?;
         let order: HashMap<_, _> = signals.iter().enumerate().map(|(i, signal)| (*signal, i)).collect();
         loaded.sort_by_key(|signal| order.get(&signal.signal_ref()).copied());
@@ -206,6 +210,24 @@ impl Series<'_> {
     pub fn changes(&self) -> impl Iterator<Item = (u64, String)> + '_ {
         self.signal.iter().flat_map(|signal| changes(signal, self.times).map(|(t, value)| (t, value.to_string())))
     }
+}
+
+/// Looks at every value once, where a panic is caught: later ones are then safe to look at.
+fn sound(signal: &Signal, times: &[u64]) -> Result<(), Fault> {
+    let mut before = 0;
+    for (at, value) in signal.iter_changes() {
+        if at < before || at as usize >= times.len() {
+            return Err(Fault::Malformed("a value has no time".to_owned()));
+        }
+        before = at;
+        // Of nine states four bits each are kept, which can be more than there are states.
+        if let SignalValueRef::BitVec(bits) = value
+            && bits.states() == States::Nine
+        {
+            let _ = bits.bit_string();
+        }
+    }
+    Ok(())
 }
 
 /// Each time at which a signal changes, with the value that it has when that time is over.

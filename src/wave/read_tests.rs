@@ -7,8 +7,10 @@ use super::*;
 const ICARUS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/waves/counter.vcd");
 const FST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/waves/counter.fst");
 
+type Changes = Vec<(u64, String)>;
+
 /// Opens these bytes as a file and loads everything.
-fn open(bytes: &[u8]) -> Result<Vec<(String, Vec<(u64, String)>)>, String> {
+fn open(bytes: &[u8]) -> Result<Vec<(String, Changes)>, String> {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.wave");
     std::fs::write(&path, bytes).unwrap();
@@ -21,13 +23,13 @@ fn open(bytes: &[u8]) -> Result<Vec<(String, Vec<(u64, String)>)>, String> {
     all().map_err(|error| error.to_string().replace(path.to_str().unwrap(), "FILE"))
 }
 
-fn changes(file: &str, name: &str) -> Vec<(u64, String)> {
+fn changes(file: &str, name: &str) -> Changes {
     let mut waves = Waves::open(Path::new(file)).unwrap();
     let var = waves.find(name).unwrap_or_else(|| panic!("{name} not in {:?}", waves.vars()));
     waves.load(var).unwrap().changes().collect()
 }
 
-fn text(changes: &[(u64, &str)]) -> Vec<(u64, String)> {
+fn text(changes: &[(u64, &str)]) -> Changes {
     changes.iter().map(|&(time, value)| (time, value.to_owned())).collect()
 }
 
@@ -85,7 +87,7 @@ fn damaged_files() {
         ("value too wide", body("#0\nb10101 \"\n"), "10101 for signal of size 4"),
         ("value of no kind", body("#0\nb10k1 \"\n"), ""),
         ("garbage", body("#0\nhello !\n"), ""),
-        ("time is no number", body("#zero\n"), "failed to parse an integer"),
+        ("time is no number", body("#zero\n"), "it is damaged: line 2: `#zero` is no time"),
         ("too many scopes closed", b"$upscope $end $upscope $end $enddefinitions $end\n#0\n".to_vec(), ""),
         ("no width", b"$scope module a $end $var wire w ! a $end $enddefinitions $end\n#0\n".to_vec(), "length"),
         (

@@ -25,7 +25,10 @@ impl fmt::Display for Difference {
         if let (Some(first), Some(context)) = (self.first, &self.context) {
             write!(f, "\nFirst difference at {}: {}", time(first), context.signal)?;
             if let (Some(clock), Some(edges)) = (&context.clock, context.clock_edges) {
-                write!(f, " (rising edge {edges} of {clock})")?;
+                match edges {
+                    0 => write!(f, " (before any rising edge of {clock})")?,
+                    n => write!(f, " (after {} of {clock})", count(n as usize, "rising edge"))?,
+                }
             }
             writeln!(f, "\n")?;
             self.context(f, first, context)?;

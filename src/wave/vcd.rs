@@ -57,9 +57,13 @@ struct Slot {
     start: usize,
     width: u32,
     touched: bool,
-    id_len: u8,
-    id: [u8; 8],
+    /// What stands behind a value: a space for a vector, the identifier, the end of the line.
+    tail: [u8; TAIL],
+    tail_len: u8,
 }
+
+/// A space, an identifier of at most ten characters (64 bits to the base 94), the end of the line.
+const TAIL: usize = 12;
 
 impl Slot {
     fn words(&self) -> std::ops::Range<usize> {
@@ -161,7 +165,11 @@ impl<D: Destination> VcdWriter<D> {
             let i = self.touched[i] as usize;
             let slot = &mut self.slots[i];
             slot.touched = false;
-            if self.written[slot.words()] == self.current[slot.words()] {
+            let unchanged = match slot.width {
+                ..=64 => self.written[slot.start] == self.current[slot.start],
+                _ => self.written[slot.words()] == self.current[slot.words()],
+            };
+            if unchanged {
                 continue;
             }
             if self.stamped != Some(now) {
@@ -185,19 +193,28 @@ impl<D: Destination> VcdWriter<D> {
         } else {
             out.push(b'b');
             let mut bytes = slot.width.div_ceil(8);
-            let mut skip = (bytes * 8 - slot.width) as usize;
+            // Pieces of a fixed size, shortened afterwards: a copy of unknown length costs more than it copies.
+            let (first, unused) = (out.len(), (bytes * 8 - slot.width) as usize);
             while bytes > 0 {
                 bytes -= 1;
                 let (word, shift) = (words[bytes as usize / 8], bytes % 8 * 8);
-                let text = ascii((word.v >> shift) as u8, (word.u >> shift) as u8);
-                out.extend_from_slice(&text[skip..]);
-                skip = 0;
+                let mut text = ascii((word.v >> shift) as u8, (word.u >> shift) as u8);
+                if out.len() == first && unused > 0 {
+                    text.rotate_left(unused);
+                    out.extend_from_slice(&text);
+                    out.truncate(first + 8 - unused);
+                } else {
+                    out.extend_from_slice(&text);
+                }
             }
-            out.push(b' ');
         }
-        out.extend_from_slice(&slot.id[..slot.id_len as usize]);
-        out.push(b'\n');
-        self.written[range.clone()].copy_from_slice(&self.current[range]);
+        out.extend_from_slice(&slot.tail);
+        out.truncate(out.len() - (TAIL - slot.tail_len as usize));
+        if slot.width <= 64 {
+            self.written[slot.start] = self.current[slot.start];
+        } else {
+            self.written[range.clone()].copy_from_slice(&self.current[range]);
+        }
         // One value may be wide, and there may be many in one tick.
         self.drain(CHUNK)
     }
@@ -213,12 +230,12 @@ impl<D: Destination> Sink for VcdWriter<D> {
                 self.slot_of.push(self.slot_of[of]);
                 continue;
             }
-            let text = id.to_string();
-            let mut bytes = [0; 8];
-            bytes[..text.len()].copy_from_slice(text.as_bytes());
+            let text = if var.width == 1 { format!("{id}\n") } else { format!(" {id}\n") };
+            let mut tail = [0; TAIL];
+            tail[..text.len()].copy_from_slice(text.as_bytes());
             let start = self.current.len();
             self.slot_of.push(self.slots.len() as u32);
-            self.slots.push(Slot { start, width: var.width, touched: false, id: bytes, id_len: text.len() as u8 });
+            self.slots.push(Slot { start, width: var.width, touched: false, tail, tail_len: text.len() as u8 });
             self.current.extend((0..word::words(var.width)).map(|i| Word::x(word::word_mask(var.width, i))));
             ids.push(id);
             id = following(id);
@@ -243,7 +260,11 @@ impl<D: Destination> Sink for VcdWriter<D> {
         assert!(self.now.is_some(), "a change before any time");
         let index = self.slot_of[var];
         let slot = &mut self.slots[index as usize];
-        self.current[slot.words()].copy_from_slice(&value[..word::words(slot.width)]);
+        if slot.width <= 64 {
+            self.current[slot.start] = value[0];
+        } else {
+            self.current[slot.words()].copy_from_slice(&value[..word::words(slot.width)]);
+        }
         if !slot.touched {
             slot.touched = true;
             self.touched.push(index);

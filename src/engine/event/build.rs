@@ -7,7 +7,7 @@ use super::program::{
     ZERO, flag,
 };
 use crate::cell::{AddOp, CellKind, Edge, GateOp, Role};
-use crate::netlist::{CellId, Direction, Driver, NetId, Netlist, Slice};
+use crate::netlist::{CellId, Constants, Direction, Driver, NetId, Netlist, Slice};
 use crate::value::Word;
 use crate::value::word::{mask, word_mask, words};
 
@@ -22,6 +22,7 @@ struct Build<'n> {
     /// Whether anything reads or shows a net.
     used: Vec<bool>,
     group: u32,
+    constants: Constants,
 }
 
 const BLANK: Op = Op { code: Code::Buf, group: 0, a: ZERO, b: ZERO, c: ZERO, y: 0, y2: 0, mask: 1, ext: 0, count: 0 };
@@ -35,6 +36,7 @@ pub(super) fn build(netlist: &Netlist) -> Program {
         clock_of: HashMap::new(),
         used: used(netlist),
         group: 0,
+        constants: Constants::new(netlist),
     };
     b.lay_out_state();
     let order = netlist.order();
@@ -117,6 +119,8 @@ fn part(slices: &[Slice], lo: u32, width: u32) -> Vec<Slice> {
 impl Build<'_> {
     fn lay_out_state(&mut self) {
         let p = &mut self.program;
+        // bits that never change have their values from the start: the order does not wait for them
+        let constants = &self.constants;
         p.initial = vec![Word::ZERO, Word::known(1)];
         p.slot_net = vec![u32::MAX; 2];
         for (i, net) in self.netlist.nets().iter().enumerate() {
@@ -132,7 +136,7 @@ impl Build<'_> {
                 matches!(net.driver, Driver::Input(s) if self.netlist.signal(s).port == Some(Direction::Inout));
             for w in 0..words(net.width) {
                 let m = word_mask(net.width, w);
-                let unset = if floats { Word::z(m) } else { Word::x(m) };
+                let unset = if floats { Word::z(m) } else { constants.net(NetId::new(i))[w] };
                 p.initial.push(init.as_ref().map_or(unset, |v| v.words().nth(w).unwrap_or_default()));
                 p.slot_net.push(i as u32);
             }
@@ -194,12 +198,20 @@ impl Build<'_> {
         Operand { slot: y, shift: 0, splat: false }
     }
 
+    /// Whether a pin is connected to anything but constant 0.
+    fn acts(&self, cell: CellId, pin: usize) -> bool {
+        !self.netlist.input(cell, pin).iter().all(|s| self.constants.is_zero(s))
+    }
+
     /// Pin `pin`, which is at most 64 bits wide, or what it reads unconnected.
     fn pin(&mut self, cell: CellId, pin: usize) -> Operand {
         let netlist = self.netlist;
         let slices = netlist.input(cell, pin);
         if slices.is_empty() {
             return if netlist.cell(cell).kind.inputs()[pin].default { ONE } else { ZERO };
+        }
+        if slices.iter().all(|s| self.constants.is_zero(s)) {
+            return ZERO;
         }
         self.operand(slices)
     }
@@ -361,9 +373,8 @@ impl Build<'_> {
         let kind = &netlist.cell(cell).kind;
         let width = kind.output_width(0);
         let derived_used = self.used[netlist.output(cell, 1).index()];
-        let connected = |pin: usize| !netlist.input(cell, pin).is_empty();
-        let level =
-            derived_used || kind.inputs().iter().enumerate().any(|(i, p)| p.role == Role::Level && connected(i));
+        let acts = |pin: usize| self.acts(cell, pin);
+        let level = derived_used || kind.inputs().iter().enumerate().any(|(i, p)| p.role == Role::Level && acts(i));
         let mut store = Store {
             code: StoreCode::General,
             q: self.output(cell, 0),
@@ -392,11 +403,10 @@ impl Build<'_> {
         let word = |v: &crate::Value| v.words().next().unwrap_or_default();
         match kind {
             CellKind::Flop(f) => {
-                store.code =
-                    if (2..=7).filter(|&p| p != 5).any(connected) { StoreCode::Flop } else { StoreCode::Plain };
+                store.code = if (2..=7).filter(|&p| p != 5).any(acts) { StoreCode::Flop } else { StoreCode::Plain };
                 (store.set_value, store.reset_value) = (word(&f.set_value), word(&f.reset_value));
                 (store.aload, store.set, store.reset) = (self.pin(cell, 2), self.pin(cell, 3), self.pin(cell, 4));
-                if connected(2) {
+                if self.acts(cell, 2) {
                     store.d = self.pin(cell, 1);
                 }
             }
@@ -404,7 +414,7 @@ impl Build<'_> {
                 store.code = StoreCode::Counter;
                 store.set_value = word(&c.step);
                 (store.aload, store.reset) = (self.pin(cell, 2), self.pin(cell, 3));
-                if connected(2) {
+                if self.acts(cell, 2) {
                     store.d = self.pin(cell, 1);
                 }
             }

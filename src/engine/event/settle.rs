@@ -38,8 +38,7 @@ impl State {
     /// Runs dirty operations in order until there are none.
     #[inline(always)]
     fn combinational(&mut self, p: &Program) -> Result<(), Oscillation> {
-        let mut s = 0;
-        while s < self.summary.len() {
+        while let Some(s) = self.summary.iter().position(|&word| word != 0) {
             while self.summary[s] != 0 {
                 let word = s * 64 + self.summary[s].trailing_zeros() as usize;
                 while self.dirty[word] != 0 {
@@ -54,7 +53,6 @@ impl State {
                 }
                 self.summary[s] &= !(1 << (word % 64));
             }
-            s += 1;
         }
         Ok(())
     }

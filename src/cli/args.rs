@@ -1,0 +1,420 @@
+//! The command line as it is typed: what may be said, and the help for it. Nothing is resolved here.
+//!
+//! What means the same in several commands is one struct that they share.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+
+/// `discreta`.
+#[derive(Parser, Debug)]
+#[command(
+    name = "discreta",
+    version,
+    about = "Simulate digital circuits clock by clock",
+    long_about = "Simulate digital circuits clock by clock.\n\n\
+        A circuit is a JSON file of gates, flip-flops, registers and adders. Run it, look at the waveform in GTKWave \
+        or Surfer, and pin it with golden traces.",
+    after_help = "Examples:\n  \
+        discreta run circuits/evaluation/line.json -s dx=5 -s dy=3 -o line.vcd\n  \
+        discreta check my-circuit.json\n  \
+        discreta test traces\n\n\
+        Exit status: 0 done; 1 a comparison, expectation or check failed, or a run hit its limit; \
+        2 usage, input or output.",
+    disable_help_subcommand = true,
+    max_term_width = 100
+)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Subcommand, Debug)]
+pub enum Command {
+    /// Run a circuit, and write its waveform
+    Run(RunArgs),
+    /// Find every fault of circuit files
+    Check(CheckArgs),
+    /// Run scenarios, and compare them with their golden traces
+    Test(TestArgs),
+    /// Compare two waveforms: where they differ first, and what was around
+    Diff(DiffArgs),
+    /// Print what an interpolation algorithm does, step by step, without any circuit
+    Interpolate(InterpolateArgs),
+    /// Print the JSON Schema of the files that you write, for your editor
+    Schema(SchemaArgs),
+    /// Print a script that completes this command line in your shell
+    Completions(CompletionsArgs),
+    /// Print the manual page
+    Man(ManArgs),
+}
+
+/// How results are printed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum Format {
+    /// For people.
+    Text,
+    /// For programs: JSON.
+    Json,
+}
+
+/// `--format`, the same everywhere.
+#[derive(Args, Debug, Clone)]
+pub struct FormatArgs {
+    /// Print results for people or for programs
+    #[arg(long, value_name = "FORMAT", default_value = "text")]
+    pub format: Format,
+}
+
+/// `NAME=VALUE`.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Assignment {
+    /// What stands before the first `=`.
+    pub name: String,
+    /// What stands behind it.
+    pub value: String,
+}
+
+fn assignment(text: &str) -> Result<Assignment, String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => {
+            Ok(Assignment { name: name.trim().to_owned(), value: value.trim().to_owned() })
+        }
+        _ => Err("write it as NAME=VALUE".to_owned()),
+    }
+}
+
+/// `NET` or `NET=VALUE`.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Condition {
+    /// The net.
+    pub net: String,
+    /// The value, if one was given.
+    pub value: Option<String>,
+}
+
+fn condition(text: &str) -> Result<Condition, String> {
+    if text.contains('=') {
+        let Assignment { name, value } = assignment(text).map_err(|_| "write it as NET or NET=VALUE".to_owned())?;
+        return Ok(Condition { net: name, value: Some(value) });
+    }
+    match text.trim() {
+        "" => Err("write it as NET or NET=VALUE".to_owned()),
+        net => Ok(Condition { net: net.to_owned(), value: None }),
+    }
+}
+
+/// A point in steps.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Point {
+    /// Along the first axis.
+    pub x: i64,
+    /// Along the second.
+    pub y: i64,
+}
+
+fn point(text: &str) -> Result<Point, String> {
+    let parse = || {
+        let (x, y) = text.split_once(',')?;
+        Some(Point { x: x.trim().parse().ok()?, y: y.trim().parse().ok()? })
+    };
+    parse().ok_or_else(|| "write it as two whole numbers, X,Y".to_owned())
+}
+
+/// What makes a netlist of a circuit file.
+#[derive(Args, Debug, Clone)]
+pub struct ElaborationArgs {
+    /// Set a parameter of the top module; may be given several times
+    #[arg(short, long = "parameter", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub parameter: Vec<Assignment>,
+
+    /// Raise a limit, e.g. width=100000; may be given several times
+    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
+    pub limit: Vec<Assignment>,
+}
+
+/// Which engine runs the circuit: a choice of speed, never of result.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum EngineChoice {
+    /// The fastest that can run the circuit.
+    Auto,
+    /// The reference: every event, one by one.
+    Event,
+}
+
+/// What is done about an x at the clock, set, reset or enable of a storage cell.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum XControl {
+    /// Say so, once a cell.
+    Warn,
+    /// Stop the run.
+    Error,
+    /// Nothing.
+    Ignore,
+}
+
+/// How a circuit is run.
+#[derive(Args, Debug, Clone)]
+pub struct EngineArgs {
+    /// Choose the engine; the results are the same
+    #[arg(long, value_name = "ENGINE", default_value = "auto")]
+    pub engine: EngineChoice,
+
+    /// What to do when an unknown value reaches a clock, set, reset or enable
+    #[arg(long, value_name = "WHAT", default_value = "warn")]
+    pub x_control: XControl,
+}
+
+/// `discreta run`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta run circuits/evaluation/line.json
+        as the circuit's own scenario says; prints a summary
+  discreta run circuits/evaluation/line.json -s dx=5 -s dy=3 -o line.vcd
+        with these inputs; the waveform goes to line.vcd
+  discreta run counter.json -p W=16 --cycles 100 --trace 'q' --trace 'stage[*].*' -o -
+        100 clocks of a 16-bit counter; some nets, to standard output
+
+Values are numbers (5, -1) or literals (4'b10x1, 8'hff).
+Exit status: 0 stopped as asked; 1 a limit was hit first, or an expectation failed; 2 usage, input or output.")]
+pub struct RunArgs {
+    /// The circuit file, or a scenario that names one
+    #[arg(value_name = "CIRCUIT", value_hint = ValueHint::FilePath)]
+    pub circuit: PathBuf,
+
+    /// Parameters and limits.
+    #[command(flatten)]
+    pub elaboration: ElaborationArgs,
+
+    /// Hold an input at a value from the start; may be given several times
+    #[arg(short, long = "set", value_name = "NET=VALUE", value_parser = assignment)]
+    pub set: Vec<Assignment>,
+
+    /// Stop after this many periods of the first clock
+    #[arg(long, value_name = "N", conflicts_with = "time")]
+    pub cycles: Option<u64>,
+
+    /// Stop at this time: ticks, or with a unit as in 5us
+    #[arg(long, value_name = "TIME")]
+    pub time: Option<String>,
+
+    /// Stop when a net has a value; without one, when it is 1
+    #[arg(long, value_name = "NET[=VALUE]", value_parser = condition)]
+    pub until: Option<Condition>,
+
+    /// Write the waveform to a file (.vcd), or to standard output (-); may be given several times
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub output: Vec<PathBuf>,
+
+    /// Record only nets that match, e.g. 'adder.*' or '**.q'; may be given several times
+    #[arg(long, value_name = "GLOB")]
+    pub trace: Vec<String>,
+
+    /// The engine and what it does about x.
+    #[command(flatten)]
+    pub engine: EngineArgs,
+
+    /// Text or JSON.
+    #[command(flatten)]
+    pub format: FormatArgs,
+
+    /// Say more: every output, warnings in full, times
+    #[arg(short, long)]
+    pub verbose: bool,
+}
+
+/// `discreta check`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta check my-circuit.json
+  discreta check circuits/**/*.json --format json
+
+Every fault is shown with its place and what to do, not only the first.
+Exit status: 0 no errors (there may be warnings); 1 errors; 2 usage, input or output.")]
+pub struct CheckArgs {
+    /// Circuit files and scenarios
+    #[arg(value_name = "CIRCUIT", required = true, value_hint = ValueHint::FilePath)]
+    pub circuit: Vec<PathBuf>,
+
+    /// Parameters and limits.
+    #[command(flatten)]
+    pub elaboration: ElaborationArgs,
+
+    /// Text or JSON.
+    #[command(flatten)]
+    pub format: FormatArgs,
+}
+
+/// `discreta test`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta test
+        every scenario below traces/
+  discreta test traces/line-5-3.json
+  discreta test --bless
+        take the waveforms of this run as the golden ones; look at what changed before you commit them
+
+Exit status: 0 all agree; 1 some differ or fail; 2 usage, input or output.")]
+pub struct TestArgs {
+    /// Scenarios, or directories to look for them in
+    #[arg(value_name = "PATH", default_value = "traces", value_hint = ValueHint::AnyPath)]
+    pub path: Vec<PathBuf>,
+
+    /// Replace the golden traces that differ or are missing
+    #[arg(long)]
+    pub bless: bool,
+
+    /// The engine and what it does about x.
+    #[command(flatten)]
+    pub engine: EngineArgs,
+
+    /// Text or JSON.
+    #[command(flatten)]
+    pub format: FormatArgs,
+}
+
+/// The side of a comparison on which x agrees with anything.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum DontCare {
+    /// The first waveform.
+    A,
+    /// The second waveform.
+    B,
+}
+
+/// `discreta diff`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta diff line.vcd traces/line-5-3.vcd
+  discreta diff mine.vcd icarus.fst --ignore-end --ignore-x b
+
+Signals are matched by their full names, and compared by the value that each has at the end of a tick.
+Exit status: 0 the same; 1 different; 2 a file cannot be read, or usage.")]
+pub struct DiffArgs {
+    /// The first waveform: VCD, FST or GHW
+    #[arg(value_name = "A", value_hint = ValueHint::FilePath)]
+    pub a: PathBuf,
+
+    /// The second waveform
+    #[arg(value_name = "B", value_hint = ValueHint::FilePath)]
+    pub b: PathBuf,
+
+    /// Let x in one of the two agree with anything; otherwise x agrees only with x
+    #[arg(long, value_name = "SIDE")]
+    pub ignore_x: Option<DontCare>,
+
+    /// Let one of the two end earlier
+    #[arg(long)]
+    pub ignore_end: bool,
+
+    /// Show at most this many signals in each list
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    pub max: usize,
+
+    /// Show this many changes before and after the first difference
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    pub context: u16,
+
+    /// Text or JSON.
+    #[command(flatten)]
+    pub format: FormatArgs,
+}
+
+/// How an interpolation is printed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum StepsFormat {
+    /// A table for people.
+    Table,
+    /// Comma-separated values with a header.
+    Csv,
+    /// JSON.
+    Json,
+    /// One letter a clock: X, Y, D for both, - for none.
+    Steps,
+}
+
+/// `discreta interpolate`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta interpolate ef-line --to 5,3
+  discreta interpolate ef-line --to 5,3 --format steps
+        XYXYXXYX
+  discreta interpolate ef-line --from 2,-1 --to -3,4 --format csv")]
+pub struct InterpolateArgs {
+    /// The algorithm, e.g. ef-line: a straight line by the evaluation function
+    #[arg(value_name = "METHOD")]
+    pub method: String,
+
+    /// Where to go, in steps
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point)]
+    pub to: Point,
+
+    /// Where to begin, in steps
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point, default_value = "0,0")]
+    pub from: Point,
+
+    /// Follow the source to the letter, misprints included
+    #[arg(long)]
+    pub as_printed: bool,
+
+    /// Print a table, or something for programs
+    #[arg(long, value_name = "FORMAT", default_value = "table")]
+    pub format: StepsFormat,
+}
+
+/// What a schema is of.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum SchemaKind {
+    /// A circuit file.
+    Circuit,
+    /// A scenario in a file of its own.
+    Scenario,
+}
+
+/// `discreta schema`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta schema > circuit.schema.json
+        name it in the circuit file: \"$schema\": \"circuit.schema.json\"
+  discreta schema scenario")]
+pub struct SchemaArgs {
+    /// Of what
+    #[arg(value_name = "OF", default_value = "circuit")]
+    pub of: SchemaKind,
+}
+
+/// `discreta completions`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta completions bash > ~/.local/share/bash-completion/completions/discreta
+  discreta completions fish > ~/.config/fish/completions/discreta.fish")]
+pub struct CompletionsArgs {
+    /// The shell
+    #[arg(value_name = "SHELL")]
+    pub shell: clap_complete::Shell,
+}
+
+/// `discreta man`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta man | man -l -
+  discreta man run > discreta-run.1")]
+pub struct ManArgs {
+    /// The command whose page it is; without one, that of the program
+    #[arg(value_name = "COMMAND")]
+    pub command: Option<String>,
+}
+
+#[cfg(test)]
+#[path = "args_tests.rs"]
+mod tests;

@@ -1,0 +1,84 @@
+use clap::CommandFactory;
+
+use super::*;
+
+fn parse(line: &str) -> Result<Command, String> {
+    let words = std::iter::once("discreta").chain(line.split_whitespace());
+    Cli::try_parse_from(words).map(|cli| cli.command).map_err(|error| error.to_string())
+}
+
+#[test]
+fn clap_finds_no_fault() {
+    Cli::command().debug_assert();
+}
+
+#[test]
+fn everything_that_can_be_said_to_run() {
+    let line = "run c.json -p W=8 -p K=2 -s dx=5 -s dy=-3 --cycles 7 --until end=1 -o a.vcd -o - --trace **.q \
+                --engine event --x-control error --limit width=100 --format json -v";
+    let Command::Run(args) = parse(line).unwrap() else { panic!() };
+    let pair = |name: &str, value: &str| Assignment { name: name.into(), value: value.into() };
+    assert_eq!(args.elaboration.parameter, [pair("W", "8"), pair("K", "2")]);
+    assert_eq!(args.set, [pair("dx", "5"), pair("dy", "-3")]);
+    assert_eq!(args.until, Some(Condition { net: "end".into(), value: Some("1".into()) }));
+    assert_eq!(args.output, [PathBuf::from("a.vcd"), PathBuf::from("-")]);
+    assert_eq!((args.cycles, args.time, args.trace), (Some(7), None, vec!["**.q".to_owned()]));
+    assert_eq!((args.engine.engine, args.engine.x_control), (EngineChoice::Event, XControl::Error));
+    assert_eq!(args.elaboration.limit, [pair("width", "100")]);
+    assert!(args.format.format == Format::Json && args.verbose);
+
+    let Command::Run(args) = parse("run c.json --time 5us --until end").unwrap() else { panic!() };
+    assert_eq!(args.time.as_deref(), Some("5us"));
+    assert_eq!(args.until, Some(Condition { net: "end".into(), value: None }));
+    assert_eq!((args.engine.engine, args.engine.x_control), (EngineChoice::Auto, XControl::Warn));
+}
+
+#[test]
+fn what_cannot_be_meant() {
+    assert!(parse("run c.json --cycles 5 --time 5us").unwrap_err().contains("cannot be used with"));
+    for line in ["run c.json -s dx", "run c.json -s =5", "run c.json -p W="] {
+        assert!(parse(line).unwrap_err().contains("write it as NAME=VALUE"), "{line}");
+    }
+    for line in ["run c.json --until =1", "run c.json --until end="] {
+        assert!(parse(line).unwrap_err().contains("write it as NET or NET=VALUE"), "{line}");
+    }
+    for to in ["5", "5,", "5,x", "1,2,3", "1.5,2"] {
+        assert!(parse(&format!("interpolate ef-line --to {to}")).unwrap_err().contains("two whole numbers"), "{to}");
+    }
+    assert!(parse("check").is_err());
+    assert!(parse("interpolate ef-line").is_err());
+}
+
+#[test]
+fn points_may_be_negative() {
+    let Command::Interpolate(args) = parse("interpolate ef-line --to -5,3 --from 1,-2").unwrap() else { panic!() };
+    assert_eq!((args.to, args.from), (Point { x: -5, y: 3 }, Point { x: 1, y: -2 }));
+}
+
+#[test]
+fn defaults() {
+    let Command::Test(args) = parse("test").unwrap() else { panic!() };
+    assert_eq!(args.path, [PathBuf::from("traces")]);
+    let Command::Schema(args) = parse("schema").unwrap() else { panic!() };
+    assert_eq!(args.of, SchemaKind::Circuit);
+}
+
+/// An option is the same wherever it is: one help text, one short form, one name of its value.
+#[test]
+fn an_option_means_the_same_in_every_command() {
+    let mut seen = std::collections::HashMap::new();
+    for command in Cli::command().get_subcommands() {
+        for arg in command.get_arguments().filter(|arg| !arg.is_positional()) {
+            let long = arg.get_long().unwrap().to_owned();
+            // What an interpolation prints is no report.
+            if (command.get_name(), long.as_str()) == ("interpolate", "format") {
+                continue;
+            }
+            let help = arg.get_help().unwrap_or_else(|| panic!("--{long} has no help")).to_string();
+            let names: Vec<_> = arg.get_value_names().into_iter().flatten().map(|name| name.to_string()).collect();
+            let meaning = (help, arg.get_short(), names);
+            assert_eq!(seen.entry(long.clone()).or_insert_with(|| meaning.clone()), &meaning, "--{long}");
+        }
+    }
+    assert!(seen.len() > 15, "{}", seen.len());
+}

@@ -1,0 +1,61 @@
+//! `discreta check`: every fault of circuit files and scenarios.
+
+use std::path::Path;
+
+use serde_json::json;
+
+use super::args::{CheckArgs, Format};
+use super::prepare::{Changes, is_scenario, prepare};
+use super::run::{limits, rendered};
+use super::{CliError, Out, Status};
+use crate::circuit::Loader;
+
+/// Runs the command.
+///
+/// # Errors
+/// A file that cannot be read at all.
+pub fn run(args: &CheckArgs, out: &mut Out) -> Result<Status, CliError> {
+    let mut errors = 0;
+    let mut files = Vec::new();
+    for path in &args.circuit {
+        let mut loader = Loader::new(limits(&args.elaboration.limit)?);
+        check(&mut loader, path, args);
+        loader.diagnostics.sort();
+        let (bad, warnings) = (loader.diagnostics.errors(), loader.diagnostics.warnings());
+        errors += bad;
+        if args.format.format == Format::Json {
+            files.push(json!({ "file": path.display().to_string(), "errors": bad, "warnings": warnings, "diagnostics": loader.diagnostics.to_json(&loader.sources) }));
+            continue;
+        }
+        eprint!("{}", rendered(&loader.diagnostics, &loader));
+        let verdict = match (bad, warnings) {
+            (0, 0) => "no faults".to_owned(),
+            (e, w) => [(e, "error"), (w, "warning")]
+                .iter()
+                .filter(|(n, _)| *n > 0)
+                .map(|(n, what)| format!("{n} {what}{}", if *n == 1 { "" } else { "s" }))
+                .collect::<Vec<_>>()
+                .join(", "),
+        };
+        out.write_fmt(format_args!("{}: {verdict}\n", path.display()))?;
+        out.flush()?;
+    }
+    if args.format.format == Format::Json {
+        out.json(&files)?;
+    }
+    Ok(Status::of(errors == 0))
+}
+
+fn check(loader: &mut Loader, path: &Path, args: &CheckArgs) {
+    let changes = Changes { parameters: &args.elaboration.parameter, ..Changes::default() };
+    if is_scenario(loader, path) {
+        prepare(loader, path, &changes);
+        return;
+    }
+    let Some(file) = loader.open(path) else { return };
+    // a file without a module to run is a library
+    if loader.has_top(file) {
+        prepare(loader, path, &changes);
+    }
+    loader.check_rest(file);
+}

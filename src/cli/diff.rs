@@ -1,0 +1,29 @@
+//! `discreta diff`: two waveforms, and where they first differ.
+
+use super::args::{DiffArgs, DontCare};
+use super::{CliError, Format, Out, Status};
+use crate::wave::diff::{self, Options, Side};
+use crate::wave::read::Waves;
+
+/// Compares, and prints the report.
+///
+/// # Errors
+/// One of the files cannot be read, or the report not be written.
+pub fn run(args: &DiffArgs, out: &mut Out) -> Result<Status, CliError> {
+    let options = Options {
+        x_as_dont_care: args.ignore_x.map(|side| match side {
+            DontCare::A => Side::A,
+            DontCare::B => Side::B,
+        }),
+        ignore_end: args.ignore_end,
+        max_signals: args.max,
+        context: args.context.into(),
+    };
+    let (mut a, mut b) = (Waves::open(&args.a)?, Waves::open(&args.b)?);
+    let difference = diff::diff(&mut a, &mut b, &options)?;
+    match args.format.format {
+        Format::Text => write!(out, "{difference}")?,
+        Format::Json => out.json(&difference)?,
+    }
+    Ok(Status::of(difference.same))
+}

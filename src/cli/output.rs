@@ -1,0 +1,89 @@
+//! Standard output as the subcommands see it.
+
+use std::fmt;
+use std::io::{self, BufWriter, Write};
+
+use serde::Serialize;
+
+use super::CliError;
+
+/// Where results go. Colours are kept on a terminal, unless `NO_COLOR` says otherwise, and dropped elsewhere.
+///
+/// An error of it is a [`CliError::Stdout`], which tells a closed pipe from a full disk.
+pub struct Out {
+    to: Box<dyn Write>,
+}
+
+impl Out {
+    /// Standard output.
+    #[must_use]
+    pub fn stdout() -> Out {
+        Out { to: Box::new(BufWriter::new(anstream::stdout())) }
+    }
+
+    /// Any other place, for tests.
+    pub fn new(to: impl Write + 'static) -> Out {
+        Out { to: Box::new(to) }
+    }
+
+    /// Writes text, as `write!` and `writeln!` do.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn write_fmt(&mut self, text: fmt::Arguments<'_>) -> Result<(), CliError> {
+        self.to.write_fmt(text).map_err(CliError::stdout)
+    }
+
+    /// Writes bytes as they are.
+    ///
+    /// # Errors
+    /// They cannot be written.
+    pub fn bytes(&mut self, bytes: &[u8]) -> Result<(), CliError> {
+        self.to.write_all(bytes).map_err(CliError::stdout)
+    }
+
+    /// Writes a value as JSON over several lines.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn json(&mut self, value: &impl Serialize) -> Result<(), CliError> {
+        serde_json::to_writer_pretty(&mut self.to, value).map_err(|error| CliError::stdout(error.into()))?;
+        self.bytes(b"\n")
+    }
+
+    /// Hands on what is still kept. Only then is it known that all of it has arrived.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn flush(&mut self) -> Result<(), CliError> {
+        self.to.flush().map_err(CliError::stdout)
+    }
+}
+
+impl fmt::Debug for Out {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Out")
+    }
+}
+
+/// A place that keeps what is written, for tests.
+#[derive(Clone, Default)]
+pub struct Kept(std::rc::Rc<std::cell::RefCell<Vec<u8>>>);
+
+impl Kept {
+    /// What was written so far.
+    #[must_use]
+    pub fn text(&self) -> String {
+        String::from_utf8_lossy(&self.0.borrow()).into_owned()
+    }
+}
+
+impl Write for Kept {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.borrow_mut().write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}

@@ -1,0 +1,163 @@
+//! From what the command line names to a circuit and a scenario ready to run: a circuit file with its own scenario, or
+//! a scenario file that names a circuit, with what the options change.
+
+use std::path::{Path, PathBuf};
+
+use indexmap::IndexMap;
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+
+use super::args::{Assignment, Condition};
+use crate::circuit::{Circuit, Expr, Loader, Name, ParameterValue, read_file};
+use crate::diag::{Code, Diagnostic, Span};
+use crate::json::{Recover, Spanned};
+use crate::scenario::{Limit, Scenario, ScenarioFile, Simulation, TimeText, Until, ValueText};
+
+/// What the options of a command change of a scenario.
+#[derive(Debug, Clone, Default)]
+pub struct Changes<'a> {
+    /// Parameters of the top module.
+    pub parameters: &'a [Assignment],
+    /// Inputs to hold.
+    pub sets: &'a [Assignment],
+    /// Cycles to run.
+    pub cycles: Option<u64>,
+    /// Time to run.
+    pub time: Option<&'a str>,
+    /// What to stop at.
+    pub until: Option<&'a Condition>,
+    /// Globs of nets to trace.
+    pub trace: &'a [String],
+}
+
+/// A circuit with its scenario.
+#[derive(Debug)]
+pub struct Prepared {
+    /// The circuit.
+    pub circuit: Circuit,
+    /// The scenario.
+    pub scenario: Scenario,
+    /// The circuit file, as it is reached from here.
+    pub path: PathBuf,
+}
+
+/// Reads what `path` names. Every fault is among the loader's diagnostics; there may be some even if it succeeds.
+pub fn prepare(loader: &mut Loader, path: &Path, changes: &Changes<'_>) -> Option<Prepared> {
+    let (circuit_path, file_parameters, own) = match scenario_file(loader, path)? {
+        Some((circuit, parameters, simulation)) => (circuit, parameters, simulation),
+        None => (path.to_path_buf(), Vec::new(), Simulation::default()),
+    };
+    let handle = loader.open(&circuit_path)?;
+    let mut parameters = file_parameters;
+    for Assignment { name, value } in changes.parameters {
+        let given = loader.parameter(name, value);
+        parameters.retain(|(n, _)| n.value != given.0.value);
+        parameters.push(given);
+    }
+    let mut circuit = loader.elaborate(handle, &parameters)?;
+    let base = circuit.simulation.take().unwrap_or_default();
+    let simulation = changed(loader, &own.over(&base), changes);
+    // names cannot be resolved against a circuit that is not whole
+    if loader.diagnostics.has_errors() {
+        return None;
+    }
+    let mut scenario = Scenario::resolve(&circuit, &simulation, &mut loader.diagnostics);
+    if changes.until.is_none() && (changes.cycles.is_some() || changes.time.is_some()) {
+        // who asks for so many cycles is content to get them
+        scenario.limit_fails = false;
+    }
+    Some(Prepared { circuit, scenario, path: circuit_path })
+}
+
+type FromFile = (PathBuf, Vec<(Name, ParameterValue)>, Simulation);
+
+/// Whether a file is a scenario rather than a circuit. Whatever cannot be told apart is taken for a circuit, the reading
+/// of which tells what is wrong with it.
+pub fn is_scenario(loader: &mut Loader, path: &Path) -> bool {
+    let limits = loader.limits().clone();
+    read_file(path, &limits, &mut loader.sources).is_ok_and(|file| names_a_circuit(loader.sources.text(file)))
+}
+
+fn names_a_circuit(text: &str) -> bool {
+    #[derive(Deserialize)]
+    struct Keys {
+        circuit: Option<IgnoredAny>,
+        modules: Option<IgnoredAny>,
+    }
+    matches!(serde_json::from_str(text), Ok(Keys { circuit: Some(_), modules: None }))
+}
+
+/// What a scenario file says; `Some(None)` if the file is not one.
+fn scenario_file(loader: &mut Loader, path: &Path) -> Option<Option<FromFile>> {
+    let limits = loader.limits().clone();
+    let file = read_file(path, &limits, &mut loader.sources).map_err(|fault| loader.diagnostics.push(fault)).ok()?;
+    if !names_a_circuit(loader.sources.text(file)) {
+        return Some(None);
+    }
+    let scenario = ScenarioFile::parse(&loader.sources, file, &mut loader.diagnostics)?;
+    let parameters = scenario.parameters.into_iter().filter_map(|(n, v)| Some((n, v.0?))).collect();
+    let circuit = path.parent().unwrap_or(Path::new("")).join(&*scenario.circuit.value);
+    if let Err(fault) = std::fs::metadata(&circuit) {
+        let message = format!("cannot read the circuit `{}`: {fault}", circuit.display());
+        loader
+            .diagnostics
+            .push(Diagnostic::new(Code::CannotRead, message).at(scenario.circuit.span, "relative to this file"));
+        return None;
+    }
+    Some(Some((circuit, parameters, scenario.simulation.and_then(|s| s.0).unwrap_or_default())))
+}
+
+/// The scenario with the changes of the command line.
+fn changed(loader: &mut Loader, simulation: &Simulation, changes: &Changes<'_>) -> Simulation {
+    let mut options = Simulation::default();
+    let mut simulation = simulation.clone();
+    for Assignment { name, value } in changes.sets {
+        let (name, span) = typed(loader, "-s", name, value);
+        // an input that is held is no clock any more
+        simulation.clocks.shift_remove(name.value.as_str());
+        options.inputs.shift_remove(name.value.as_str());
+        options.inputs.insert(name, Recover(Some(ValueText::new(value.as_str(), span))));
+    }
+    if let Some(Condition { net, value }) = changes.until {
+        let (net, span) = typed(loader, "--until", net, value.as_deref().unwrap_or_default());
+        let value = value.as_ref().map(|v| ValueText::new(v.as_str(), span));
+        options.until = Some(Recover(Some(Until { net, value })));
+    }
+    if changes.cycles.is_some() || changes.time.is_some() {
+        let cycles = changes.cycles.map(|n| {
+            let text = n.to_string();
+            let file = loader.sources.add("--cycles", text.clone());
+            Expr::number(i64::try_from(n).unwrap_or(i64::MAX), Span::new(file, 0, text.len() as u32))
+        });
+        let time = changes.time.and_then(|text| {
+            let file = loader.sources.add("--time", text.to_owned());
+            let time = TimeText::parse(text, Span::new(file, 0, text.len() as u32));
+            time.map_err(|d| loader.diagnostics.push(d)).ok()
+        });
+        options.limit = Some(Recover(Some(Limit { cycles, time })));
+    }
+    if !changes.trace.is_empty() {
+        let globs = changes.trace.iter().map(|glob| {
+            let file = loader.sources.add("--trace", glob.clone());
+            Spanned::new(glob.clone(), Span::new(file, 0, glob.len() as u32))
+        });
+        options.trace = Some(globs.collect());
+    }
+    options.over(&simulation)
+}
+
+/// A name, and the place of its value, of an option; faults will show it as typed.
+fn typed(loader: &mut Loader, option: &str, name: &str, value: &str) -> (Name, Span) {
+    let text = if value.is_empty() { name.to_owned() } else { format!("{name}={value}") };
+    let length = text.len() as u32;
+    let file = loader.sources.add(option, text);
+    let end = name.len() as u32;
+    (Name::new(name.to_owned(), Span::new(file, 0, end)), Span::new(file, (end + 1).min(length), length))
+}
+
+/// Rising edges of a scenario's clocks up to a tick, by name.
+#[must_use]
+pub fn cycles(scenario: &Scenario, time: u64) -> IndexMap<String, u64> {
+    let count = |c: &crate::cell::Clock| if time < c.phase { 0 } else { (time - c.phase) / c.period + 1 };
+    scenario.clocks.iter().map(|c| (c.name.clone(), count(&c.clock))).collect()
+}

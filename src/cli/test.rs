@@ -1,0 +1,186 @@
+//! `discreta test`: scenarios, what they expect, and the golden traces beside them.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value as Json, json};
+
+use super::args::{Format, TestArgs};
+use super::prepare::{Changes, is_scenario, prepare};
+use super::run::{Report, faults, rendered, simulate};
+use super::{CliError, Out, Status, interrupt};
+use crate::circuit::{Limits, Loader};
+use crate::wave::Sink;
+use crate::wave::diff::{Options, diff};
+use crate::wave::output::{Destination, Output};
+use crate::wave::read::Waves;
+use crate::wave::vcd::VcdWriter;
+
+/// How one scenario went.
+enum Verdict {
+    /// As expected, and the same as its golden trace.
+    Passed,
+    /// As expected; it has no golden trace.
+    NoGolden,
+    /// Its golden trace was written.
+    Blessed,
+    /// What went wrong, for people, and for programs.
+    Failed(String, Json),
+    /// It could not be run.
+    Broken(String),
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A path that cannot be read, or a golden trace that cannot be written.
+pub fn run(args: &TestArgs, out: &mut Out) -> Result<Status, CliError> {
+    interrupt::watch();
+    let mut scenarios = Vec::new();
+    for path in &args.path {
+        find(path, &mut scenarios)?;
+    }
+    if scenarios.is_empty() {
+        let list: Vec<String> = args.path.iter().map(|p| p.display().to_string()).collect();
+        return Err(CliError::usage(format!("there are no scenarios in {}", list.join(", ")))
+            .with_hint("a scenario is a JSON file with a `circuit`"));
+    }
+    let (mut passed, mut failed, mut broken) = (0, 0, 0);
+    let mut listed = Vec::new();
+    for path in &scenarios {
+        if interrupt::interrupted() {
+            eprintln!("interrupted; {} scenarios were not run", scenarios.len() - passed - failed - broken);
+            return Ok(Status::Failed);
+        }
+        let verdict = one(path, args)?;
+        let (word, detail, json) = match verdict {
+            Verdict::Passed => ("ok", String::new(), Json::Null),
+            Verdict::NoGolden => ("ok (no golden trace; --bless makes one)", String::new(), Json::Null),
+            Verdict::Blessed => ("blessed", String::new(), Json::Null),
+            Verdict::Failed(text, json) => ("FAILED", text, json),
+            Verdict::Broken(text) => ("BROKEN", text, Json::Null),
+        };
+        match word {
+            "FAILED" => failed += 1,
+            "BROKEN" => broken += 1,
+            _ => passed += 1,
+        }
+        if args.format.format == Format::Json {
+            let message = if detail.is_empty() { Json::Null } else { json!(detail) };
+            listed.push(json!({ "scenario": path.display().to_string(), "verdict": word.split(' ').next(), "message": message, "difference": json }));
+            continue;
+        }
+        out.write_fmt(format_args!("{}: {word}\n", path.display()))?;
+        for line in detail.lines() {
+            out.write_fmt(format_args!("    {line}\n"))?;
+        }
+    }
+    if args.format.format == Format::Json {
+        out.json(&json!({ "passed": passed, "failed": failed + broken, "scenarios": listed }))?;
+    } else {
+        out.write_fmt(format_args!("\n{passed} passed, {} failed\n", failed + broken))?;
+    }
+    Ok(Status::of(failed + broken == 0))
+}
+
+/// The scenarios at a path: itself, or all below it, in order of their names.
+fn find(path: &Path, found: &mut Vec<PathBuf>) -> Result<(), CliError> {
+    let cannot = |source| CliError::Io { message: format!("cannot read `{}`", path.display()), source };
+    if !std::fs::metadata(path).map_err(cannot)?.is_dir() {
+        found.push(path.to_path_buf());
+        return Ok(());
+    }
+    let mut entries: Vec<PathBuf> = std::fs::read_dir(path)
+        .map_err(cannot)?
+        .map(|e| e.map(|e| e.path()))
+        .collect::<Result<_, _>>()
+        .map_err(cannot)?;
+    entries.sort();
+    for entry in entries {
+        let link = entry.symlink_metadata().is_ok_and(|m| m.is_symlink());
+        if entry.is_dir() && !link {
+            find(&entry, found)?;
+        } else if entry.extension().is_some_and(|e| e == "json")
+            && is_scenario(&mut Loader::new(Limits::default()), &entry)
+        {
+            found.push(entry);
+        }
+    }
+    Ok(())
+}
+
+fn one(path: &Path, args: &TestArgs) -> Result<Verdict, CliError> {
+    let golden = path.with_extension("vcd");
+    let mut loader = Loader::new(Limits::default());
+    let prepared = prepare(&mut loader, path, &Changes::default());
+    let prepared = match faults(&mut loader, prepared) {
+        Ok(prepared) => prepared,
+        Err(CliError::Input(text)) => return Ok(Verdict::Broken(text)),
+        Err(e) => return Err(e),
+    };
+    let mut waveform = Vec::new();
+    let mut sink = VcdWriter::new(&mut waveform);
+    let outcome = match simulate(
+        &prepared.circuit.netlist,
+        &prepared.scenario,
+        &args.engine,
+        Some(&mut sink as &mut dyn Sink),
+        &path.display().to_string(),
+    ) {
+        Ok(outcome) => outcome,
+        Err(CliError::Input(text)) => return Ok(Verdict::Broken(text)),
+        Err(e) => return Err(e),
+    };
+    drop(sink);
+    let report = Report { prepared: &prepared, loader: &loader, outcome: &outcome, files: &[] };
+    if report.status() == Status::Failed {
+        let mut text = rendered(&report.diagnostics(), &loader);
+        if outcome.failures.is_empty() {
+            text += &report.text(false);
+        }
+        return Ok(Verdict::Failed(text, report.json()));
+    }
+    let expected = match std::fs::read(&golden) {
+        Ok(expected) => expected,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound && !args.bless => return Ok(Verdict::NoGolden),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Vec::new(),
+        Err(source) => return Err(CliError::Io { message: format!("cannot read `{}`", golden.display()), source }),
+    };
+    if expected == waveform {
+        return Ok(Verdict::Passed);
+    }
+    if args.bless {
+        use std::io::Write;
+        let mut to = Output::create(&golden)?;
+        to.write_all(&waveform)?;
+        to.complete()?;
+        return Ok(Verdict::Blessed);
+    }
+    differing(&golden, &waveform)
+}
+
+/// Where a waveform differs from its golden trace.
+fn differing(golden: &Path, waveform: &[u8]) -> Result<Verdict, CliError> {
+    // the reader wants a file
+    let held = || -> std::io::Result<tempfile::NamedTempFile> {
+        use std::io::Write;
+        let mut file = tempfile::Builder::new().suffix(".vcd").tempfile()?;
+        file.write_all(waveform)?;
+        file.flush()?;
+        Ok(file)
+    };
+    let held = held()
+        .map_err(|source| CliError::Io { message: "cannot keep the waveform for comparison".to_owned(), source })?;
+    let mut expected = match Waves::open(golden) {
+        Ok(waves) => waves,
+        Err(e) => return Ok(Verdict::Failed(format!("{e}\n"), Json::Null)),
+    };
+    let mut difference = diff(&mut expected, &mut Waves::open(held.path())?, &Options::default())?;
+    difference.a.name = format!("golden ({})", golden.display());
+    difference.b.name = "this run".to_owned();
+    let text = if difference.same {
+        "every value is the same, but the files are not: written by another version? --bless renews it\n".to_owned()
+    } else {
+        difference.to_string()
+    };
+    Ok(Verdict::Failed(text, serde_json::to_value(&difference).unwrap_or(Json::Null)))
+}

@@ -1,0 +1,167 @@
+//! `discreta diff`, and what every command has from `cli`: exit status, pipes, full disks, colours.
+
+use std::fs::File;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+
+const COUNTER: &str = "tests/waves/counter.vcd";
+const COUNTER_FST: &str = "tests/waves/counter.fst";
+
+fn discreta(args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_discreta"));
+    command.args(args).current_dir(env!("CARGO_MANIFEST_DIR")).env_remove("NO_COLOR").env_remove("CLICOLOR_FORCE");
+    command
+}
+
+fn run(args: &[&str]) -> (i32, String, String) {
+    ended(discreta(args).output().unwrap())
+}
+
+fn ended(output: Output) -> (i32, String, String) {
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+/// The counter with one value changed, in a directory that lives as long as the test.
+fn changed(dir: &tempfile::TempDir) -> PathBuf {
+    let text = std::fs::read_to_string(COUNTER).unwrap();
+    let at = text.find("#45\n").unwrap();
+    let (before, after) = text.split_at(at);
+    let wrong = after.replacen("b1111 \"", "b11111 \"", 1);
+    assert_ne!(wrong, after);
+    let path = dir.path().join("wrong.vcd");
+    std::fs::write(&path, format!("{before}{wrong}")).unwrap();
+    path
+}
+
+#[test]
+fn the_same_is_0() {
+    assert_eq!(run(&["diff", COUNTER, COUNTER_FST]), (0, "The same: 8 signals until 112 ns.\n".into(), String::new()));
+}
+
+#[test]
+fn different_is_1_and_the_report_says_where() {
+    let dir = tempfile::tempdir().unwrap();
+    let wrong = changed(&dir);
+    let (status, stdout, stderr) = run(&["diff", COUNTER, wrong.to_str().unwrap(), "--context", "2"]);
+    assert_eq!((status, stderr.as_str()), (1, ""));
+    let stdout = stdout.replace(wrong.to_str().unwrap(), "wrong.vcd");
+    let (head, rest) = stdout.split_once("\n\n").unwrap();
+    assert!(head.contains(COUNTER) && head.contains("wrong.vcd"), "{head}");
+    let expected = "\
+First difference at 55 ns: top.q (after 6 rising edges of top.clk)
+
+    time  top.clk  a              b
+   45 ns  1        00001100 (12)  00001100 (12)
+   50 ns  0        00001100 (12)  00001100 (12)
+ > 55 ns  1        00001111 (15)  00011111 (31)
+   60 ns  0        00001111 (15)  00011111 (31)
+   65 ns  1        00010010 (18)  00010010 (18)
+
+1 of 8 signals differ:
+     time  signal  a              b
+    55 ns  top.q   00001111 (15)  00011111 (31)
+";
+    let squeeze = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert_eq!(squeeze(rest), squeeze(expected), "{rest}");
+}
+
+#[test]
+fn json_is_for_programs() {
+    let dir = tempfile::tempdir().unwrap();
+    let wrong = changed(&dir);
+    let (status, stdout, _) = run(&["diff", COUNTER, wrong.to_str().unwrap(), "--format", "json"]);
+    assert_eq!(status, 1);
+    let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!((&json["same"], &json["first"], &json["timescale"]), (&false.into(), &55.into(), &"1ns".into()));
+    assert_eq!(json["a"]["name"], COUNTER);
+    let (status, stdout, _) = run(&["diff", COUNTER, COUNTER, "--format", "json"]);
+    let json: serde_json::Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!((status, &json["same"]), (0, &true.into()));
+}
+
+#[test]
+fn what_cannot_be_read_is_2() {
+    let (status, stdout, stderr) = run(&["diff", COUNTER, "no/such.vcd"]);
+    assert_eq!((status, stdout.as_str()), (2, ""));
+    let expected = "error: cannot read the waveform `no/such.vcd`: no such file or directory\n  \
+                    help: check the spelling of the path\n";
+    assert_eq!(stderr, expected);
+    for other in ["tests", "Cargo.toml"] {
+        assert_eq!(run(&["diff", COUNTER, other]).0, 2, "{other}");
+    }
+}
+
+/// The reader's own panic message must not show.
+#[test]
+fn a_damaged_file_is_2_and_one_message() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("bad.vcd");
+    let text = std::fs::read_to_string(COUNTER).unwrap();
+    std::fs::write(&path, text.replace("#12\n", "#12\n1unknown\n")).unwrap();
+    let (status, stdout, stderr) = run(&["diff", COUNTER, path.to_str().unwrap()]);
+    assert_eq!((status, stdout.as_str()), (2, ""));
+    assert!(stderr.starts_with("error: cannot read the waveform"), "{stderr}");
+    assert_eq!(stderr.lines().count(), 2, "{stderr}");
+}
+
+#[test]
+fn usage_is_2() {
+    for args in [&[][..], &["diff", COUNTER], &["diff", COUNTER, COUNTER, "--format", "xml"], &["nonsense"]] {
+        let (status, stdout, stderr) = run(args);
+        assert_eq!((status, stdout.as_str()), (2, ""), "{args:?}");
+        assert!(stderr.contains("--help"), "{stderr}");
+    }
+    assert_eq!(run(&["--help"]).0, 0);
+    assert_eq!(run(&["man", "nonsense"]).0, 2);
+}
+
+#[test]
+fn a_closed_pipe_is_no_error() {
+    for args in [&["completions", "bash"][..], &["man", "run"], &["--help"], &["diff", COUNTER, COUNTER]] {
+        let mut child = discreta(args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let (status, _, stderr) = ended(child.wait_with_output().unwrap());
+        assert_eq!((status, stderr.as_str()), (0, ""), "{args:?}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_2() {
+    for args in [&["completions", "bash"][..], &["man"], &["--help"], &["diff", COUNTER, COUNTER]] {
+        let full = File::options().write(true).open("/dev/full").unwrap();
+        let (status, _, stderr) = ended(discreta(args).stdout(full).output().unwrap());
+        let expected = "error: cannot write to standard output: no space left on device\n";
+        assert_eq!((status, stderr.as_str()), (2, expected), "{args:?}");
+    }
+}
+
+#[test]
+fn colours_only_where_they_are_wanted() {
+    let coloured = |key: &str| {
+        let output = discreta(&["diff", COUNTER, "no.vcd"]).env(key, "1").output().unwrap();
+        ended(output).2.contains('\x1b')
+    };
+    assert!(coloured("CLICOLOR_FORCE"));
+    assert!(!coloured("NO_COLOR"));
+    assert!(!coloured("OTHER"));
+}
+
+#[test]
+fn there_is_a_manual_page_for_every_command() {
+    for command in ["run", "check", "test", "diff", "interpolate", "schema", "completions", "man"] {
+        let (status, page, _) = run(&["man", command]);
+        assert_eq!(status, 0);
+        assert!(page.contains(&format!(".TH discreta-{command} 1")), "{page}");
+    }
+    assert!(run(&["man"]).1.contains("discreta\\-interpolate"));
+}
+
+#[test]
+fn there_are_completions_for_every_shell() {
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let (status, script, _) = run(&["completions", shell]);
+        assert!(status == 0 && script.contains("ignore-x"), "{shell}");
+    }
+}
