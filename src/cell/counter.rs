@@ -121,7 +121,7 @@ pub const ELEMENTS: &[Element] = &[
             },
             INIT,
         ],
-        meaning: "The first line that applies:\n\n| when | q |\n|---|---|\n| `reset = 1` | 0, at once |\n| `async_load = 1` | d, at once |\n| active edge, `load = 1` | d |\n| active edge, `en = 1` | q + step, or q - step while `down = 1`, modulo 2^width |\n| otherwise | holds |\n\n`zero` is the NOR of the bits of `q`. An x or z on `down` while counting gives all x; on another control it counts as inactive.",
+        meaning: "The first line that applies:\n\n| when | q |\n|---|---|\n| `reset = 1` | 0, at once |\n| `async_load = 1` | d, at once |\n| active edge, `load = 1` | d |\n| active edge, `en = 1` | q + step, or q - step while `down = 1`, modulo 2^width |\n| otherwise | holds |\n\n`zero` is the NOR of the bits of `q`. An x or z on `down` while counting gives all x; on another control it counts as inactive. An asynchronous control that goes from inactive to x makes a count as the clock edge does.",
         source: "documents A, B, C: брояч КОХ, КОУ; регистър 3, регистър 4",
         example: r#"{ "type": "counter", "parameters": { "width": "W", "edge": "falling" }, "connections": { "clk": "x", "down": 1, "async_load": "start", "d": "dx", "q": "kox", "zero": "kox_zero" } }"#,
         build: |a| {
@@ -150,7 +150,7 @@ pub const ELEMENTS: &[Element] = &[
             Port::output("co", "carry of `q + d + ci`, as it stands before the edge"),
         ],
         parameters: &[WIDTH, EDGE, INIT],
-        meaning: "At the active edge with `en = 1`: `q = q + d + ci` modulo 2^width. `reset = 1` makes it 0 at once. `{co, sum} = q + d + ci` without a clock. Any x or z among the operands gives all x; on `en` or `reset` it counts as inactive.",
+        meaning: "At the active edge with `en = 1`: `q = q + d + ci` modulo 2^width. `reset = 1` makes it 0 at once. `{co, sum} = q + d + ci` without a clock. Any x or z among the operands gives all x; on `en` or `reset` it counts as inactive. A `reset` that goes from inactive to x adds as the clock edge does.",
         source: "documents A, B: суматор с натрупване, SX, SY",
         example: r#"{ "type": "accumulator", "parameters": { "width": "P" }, "connections": { "clk": "dt", "d": "p1", "reset": "start", "q": "sx", "co": "carry_x" } }"#,
         build: |a| {
