@@ -255,6 +255,11 @@ pub(crate) fn read_bits(engine: &dyn Engine, bits: &[Slice], to: &mut [Word]) {
 
 /// The names of the nets of a loop, going round it where it is one of gates.
 pub(crate) fn loop_names(netlist: &Netlist, unsettled: &Unsettled) -> Vec<String> {
+    loop_nets(netlist, unsettled).into_iter().map(|net| netlist.net_name(net)).collect()
+}
+
+/// The nets of a loop, going round it where it is one of gates.
+pub(crate) fn loop_nets(netlist: &Netlist, unsettled: &Unsettled) -> Vec<NetId> {
     let cells: Vec<_> = unsettled
         .nets
         .iter()
@@ -264,9 +269,9 @@ pub(crate) fn loop_names(netlist: &Netlist, unsettled: &Unsettled) -> Vec<String
         })
         .collect();
     if let Some(circle) = netlist.circle(&cells).filter(|_| !unsettled.clocked) {
-        return circle.cells.into_iter().map(|cell| netlist.net_name(netlist.output(cell, 0))).collect();
+        return circle.cells.into_iter().map(|cell| netlist.output(cell, 0)).collect();
     }
-    let mut names: Vec<String> = unsettled.nets.iter().map(|&n| netlist.net_name(n)).collect();
-    names.sort();
-    names
+    let mut nets = unsettled.nets.clone();
+    nets.sort_by_cached_key(|&net| netlist.net_name(net));
+    nets
 }

@@ -40,7 +40,7 @@ pub struct CircuitFile {
     #[schemars(extend("propertyNames" = { "pattern": NAME_PATTERN }))]
     pub modules: IndexMap<Name, Recover<Module>>,
     /// The default scenario.
-    pub simulation: Option<Recover<Simulation>>,
+    pub simulation: Option<Spanned<Recover<Simulation>>>,
 }
 
 /// What names are, for the schema.
@@ -422,7 +422,7 @@ impl CircuitFile {
             module.ports.keys().for_each(|n| check_name(n, "port", diagnostics));
             check_scope(&module.nets, &module.cells, &module.blocks, diagnostics);
         }
-        if let Some(simulation) = circuit.simulation.as_ref().and_then(Recover::as_ref) {
+        if let Some(simulation) = circuit.simulation.as_ref().and_then(|s| s.value.as_ref()) {
             simulation.check(diagnostics);
         }
         Some(circuit)
