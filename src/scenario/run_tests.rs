@@ -63,7 +63,7 @@ fn an_engine_begins_anew_after_a_reset() {
     let mut engine = EventEngine::new(&netlist);
     let q = netlist.bits(netlist.find("q").unwrap())[0].net;
     engine.observe(q);
-    let mut record = |engine: &mut EventEngine| {
+    let record = |engine: &mut EventEngine| {
         let mut seen = Vec::new();
         while engine.advance(40).unwrap() {
             engine.clear_changes();
