@@ -46,15 +46,12 @@ fn kind(parameter: &Parameter) -> String {
 }
 
 /// What an input reads when it is not connected.
-fn unconnected(element: &Element, port: &Port) -> &'static str {
-    if port.output {
-        return "may be open";
+fn unconnected(port: &Port) -> &'static str {
+    match port.pin {
+        _ if port.required => "required",
+        "en" => "default 1",
+        _ => "default 0",
     }
-    if port.required {
-        return "required";
-    }
-    // the default of a pin is the same for every cell that has it
-    if element.ports.iter().any(|p| p.name == port.name) && port.pin == "en" { "default 1" } else { "default 0" }
 }
 
 fn elements_page() -> String {
@@ -90,12 +87,12 @@ fn members(first: &str) -> Vec<&'static Element> {
 }
 
 fn describe(page: &mut String, element: &Element) {
-    writeln!(page, "\n### {}\n\n{}: {}\n", element.name, capital(element.summary), element.source).unwrap();
-    writeln!(page, "{}\n\n| port | | |\n|---|---|---|", element.meaning).unwrap();
+    writeln!(page, "\n### {}\n\n{}.\n", element.name, capital(element.summary)).unwrap();
+    writeln!(page, "{}\n\nSource: {}.\n\n| port | | |\n|---|---|---|", element.meaning, element.source).unwrap();
     for port in element.ports {
         let direction = if port.output { "output" } else { "input" };
         let several = if port.several { ", an array" } else { "" };
-        let when = if port.output { String::new() } else { format!(", {}", unconnected(element, port)) };
+        let when = if port.output { String::new() } else { format!(", {}", unconnected(port)) };
         writeln!(page, "| `{}` | {direction}{several}{when} | {} |", port.name, cell(port.doc)).unwrap();
     }
     if !element.parameters.is_empty() {
