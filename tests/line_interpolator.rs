@@ -250,7 +250,7 @@ fn faults_in_the_circuits_are_caught() {
     let text = std::fs::read_to_string(repository(CIRCUITS[0])).unwrap();
     let correct: Value = serde_json::from_str(&text).unwrap();
     let lines: Vec<Line> =
-        every(3).map(|(dx, dy)| Line { dx, dy, xh: dx * 3 & 7, yh: dy * 5 + 1 & 7, bits: 3 }).collect();
+        every(3).map(|(dx, dy)| Line { dx, dy, xh: (dx * 3) & 7, yh: (dy * 5 + 1) & 7, bits: 3 }).collect();
     let caught = |file: &Value, name: &str| {
         let mut file = file.clone();
         file["modules"]["line"]["parameters"]["W"]["default"] = json!(3);

@@ -145,7 +145,7 @@ pub const ELEMENTS: &[Element] = &[
         ports: &[
             CLK,
             Port::input("d", "data"),
-            Port::optional("en", "clock enable for `d`; default 1"),
+            Port::optional("en", "clock enable for `d`"),
             SET,
             RESET,
             Port::optional("sync_set", "set at the clock edge, whatever `en` is"),
@@ -189,7 +189,7 @@ pub const ELEMENTS: &[Element] = &[
         ports: &[
             CLK,
             Port::input("d", "data"),
-            Port::optional("load", "takes `d` at the clock edge while it is 1; default 1").of_pin("en"),
+            Port::optional("load", "takes `d` at the clock edge while it is 1").of_pin("en"),
             ASYNC_LOAD,
             RESET,
             Q,

@@ -166,8 +166,7 @@ impl Build<'_> {
     /// One word that holds these bits, if a slot does as it is.
     fn direct(&self, slices: &[Slice]) -> Option<Operand> {
         let first = slices.first()?;
-        let operand =
-            |part| Operand { slot: self.slot(first.net) + first.lo / 64, shift: (first.lo % 64) as u8, part };
+        let operand = |part| Operand { slot: self.slot(first.net) + first.lo / 64, shift: (first.lo % 64) as u8, part };
         let held = |s: &Slice| (self.netlist.net(s.net).width - s.lo / 64 * 64).min(64);
         match slices {
             [s] if s.lo % 64 == 0 && s.width == held(s) => Some(operand(Part::Whole)),
