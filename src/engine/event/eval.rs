@@ -5,7 +5,7 @@ use super::program::{Code, General, Meta, ONE, Op, Operand, Part, Program, Store
 use crate::cell::{GateOp, arith, clocked, counter, evaluate, storage};
 use crate::netlist::NetId;
 use crate::value::Word;
-use crate::value::word::{extract, insert, mask, words};
+use crate::value::word::{copy, mask, words};
 
 /// More pins than any cell has.
 const PINS: usize = 8;
@@ -371,14 +371,8 @@ impl State {
             }
             let mut lo = 0;
             for &(slot, from, width) in pieces {
-                let mut done = 0;
-                while done < width {
-                    let n = (width - done).min(64);
-                    let mut w = [Word::ZERO];
-                    extract(&mut w, &self.slots[slot as usize..], from + done, n);
-                    insert(to, lo, &w, n);
-                    (lo, done) = (lo + n, done + n);
-                }
+                copy(to, lo, &self.slots[slot as usize..], from, width);
+                lo += width;
             }
             bounds[pin] = (at, end);
             at = end;
