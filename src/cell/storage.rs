@@ -145,7 +145,7 @@ pub const ELEMENTS: &[Element] = &[
         ports: &[
             CLK,
             Port::input("d", "data"),
-            Port::optional("en", "clock enable for `d`; default 1"),
+            Port::optional("en", "clock enable for `d`"),
             SET,
             RESET,
             Port::optional("sync_set", "set at the clock edge, whatever `en` is"),
@@ -189,13 +189,13 @@ pub const ELEMENTS: &[Element] = &[
         ports: &[
             CLK,
             Port::input("d", "data"),
-            Port::optional("load", "takes `d` at the clock edge while it is 1; default 1").of_pin("en"),
+            Port::optional("load", "takes `d` at the clock edge while it is 1").of_pin("en"),
             ASYNC_LOAD,
             RESET,
             Q,
         ],
         parameters: &[Parameter { default: Some("8"), ..BIT }, EDGE, RESET_VALUE, INIT],
-        meaning: "The first line that applies:\n\n| when | q |\n|---|---|\n| `reset = 1` | reset_value, at once |\n| `async_load = 1` | d, at once |\n| active edge, `load = 1` | d |\n| otherwise | holds |\n\nAn x or z on a control counts as inactive.",
+        meaning: "The first line that applies:\n\n| when | q |\n|---|---|\n| `reset = 1` | reset_value, at once |\n| `async_load = 1` | d, at once |\n| active edge, `load = 1` | d |\n| otherwise | holds |\n\nAn x or z on a control counts as inactive; an asynchronous control that goes from inactive to x samples as the clock edge does.",
         source: "documents A, B, C: регистър, Р1…Р6; Yosys `$adffe` `$aldff`",
         example: r#"{ "type": "register", "parameters": { "width": "W" }, "connections": { "clk": "dt", "d": "dx", "load": "start", "q": "p1" } }"#,
         build: |a| {

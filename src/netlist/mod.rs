@@ -229,10 +229,17 @@ impl Netlist {
         })
     }
 
-    /// A name for a net: the first signal that shows it, or the pin that drives it.
+    /// How many scopes there are around a scope.
+    fn depth(&self, scope: ScopeId) -> usize {
+        self.scopes[scope.index()].parent.map_or(0, |parent| 1 + self.depth(parent))
+    }
+
+    /// A name for a net: the signal that shows it, of several the one nearest to the top and then the first by name, or
+    /// the pin that drives it.
     #[must_use]
     pub fn net_name(&self, net: NetId) -> String {
-        let shown = self.signal_ids().find(|&id| self.bits(id).iter().any(|s| s.net == net));
+        let shown = self.signal_ids().filter(|&id| self.bits(id).iter().any(|s| s.net == net));
+        let shown = shown.min_by_key(|&id| (self.depth(self.signal(id).scope), self.signal_path(id)));
         match (shown, self.net(net).driver) {
             (Some(id), _) => {
                 let whole = self.bits(id).len() == 1;

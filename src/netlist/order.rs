@@ -1,6 +1,6 @@
 //! The order in which cells can be evaluated, each after those it reads, and the feedback loops in which there is none.
 
-use std::collections::{HashMap, HashSet, VecDeque};
+use std::collections::{HashMap, VecDeque};
 
 use super::constant::Constants;
 use super::{CellId, Driver, NetId, Netlist};
@@ -171,18 +171,19 @@ impl Netlist {
     fn circle_among(&self, readers: &Readers, members: &[CellId]) -> Option<Loop> {
         let mut starts: Vec<CellId> = members.to_vec();
         starts.sort_by_cached_key(|&c| self.cell_path(c));
-        let inside: HashSet<CellId> = members.iter().copied().collect();
-        starts.into_iter().find_map(|start| shortest_circle(readers, start, &inside))
+        let rank: HashMap<CellId, usize> = starts.iter().enumerate().map(|(rank, &c)| (c, rank)).collect();
+        starts.iter().find_map(|&start| shortest_circle(readers, start, &rank))
     }
 }
 
-/// The shortest circle from a cell through others back to it.
-fn shortest_circle(readers: &Readers, start: CellId, inside: &HashSet<CellId>) -> Option<Loop> {
+/// The shortest circle from a cell through others back to it; of several the one whose cells come first by `rank`.
+fn shortest_circle(readers: &Readers, start: CellId, rank: &HashMap<CellId, usize>) -> Option<Loop> {
     let mut from: HashMap<CellId, CellId> = HashMap::new();
     let mut queue = VecDeque::from([start]);
     while let Some(cell) = queue.pop_front() {
-        for &to in readers.at(cell.0) {
-            let to = CellId(to);
+        let mut next: Vec<CellId> = readers.at(cell.0).iter().map(|&to| CellId(to)).collect();
+        next.sort_by_key(|to| rank.get(to));
+        for to in next {
             if to == start {
                 let mut cells = vec![cell];
                 while let Some(&previous) = cells.last().and_then(|last| from.get(last)) {
@@ -191,7 +192,7 @@ fn shortest_circle(readers: &Readers, start: CellId, inside: &HashSet<CellId>) -
                 cells.reverse();
                 return Some(Loop { cells });
             }
-            if inside.contains(&to) && !from.contains_key(&to) {
+            if rank.contains_key(&to) && !from.contains_key(&to) {
                 from.insert(to, cell);
                 queue.push_back(to);
             }

@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 
 use super::program::{
-    ClockPin, Code, ControlPin, DelayCell, General, Hook, Meta, ONE, Op, Operand, Program, Store, StoreCode, Wake,
-    ZERO, flag,
+    ClockPin, Code, ControlPin, DelayCell, General, Hook, Meta, ONE, Op, Operand, Part, Program, Store, StoreCode,
+    Wake, ZERO, flag,
 };
 use crate::cell::{AddOp, CellKind, Edge, GateOp, Role};
 use crate::netlist::{CellId, Constants, Direction, Driver, NetId, Netlist, Slice};
@@ -51,11 +51,7 @@ pub(super) fn build(netlist: &Netlist) -> Program {
         b.cell(cell, &mut stores);
         if groups.peek().is_some_and(|g| g.end == at + 1) {
             groups.next();
-            let ops = first_op..b.program.ops.len();
-            b.program
-                .group_slots
-                .push(b.program.ops[ops.clone()].iter().flat_map(|op| written(&b.program, op)).collect());
-            b.program.groups.push(ops);
+            b.close_group(first_op);
             b.group = 0;
         }
     }
@@ -144,6 +140,16 @@ impl Build<'_> {
         p.net_slot.push(p.initial.len() as u32);
     }
 
+    /// Makes a feedback group of the operations from `first` on.
+    fn close_group(&mut self, first: usize) {
+        let p = &mut self.program;
+        let ops = first..p.ops.len();
+        p.group_slots.push(p.ops[ops.clone()].iter().flat_map(|op| written(p, op)).collect());
+        let gathers = ops.clone().filter(|&i| p.ops[i].code == Code::Gather);
+        p.group_gathers.push(gathers.map(|i| i as u32).collect());
+        p.groups.push(ops);
+    }
+
     fn slot(&self, net: NetId) -> u32 {
         self.program.net_slot[net.index()]
     }
@@ -160,11 +166,12 @@ impl Build<'_> {
     /// One word that holds these bits, if a slot does as it is.
     fn direct(&self, slices: &[Slice]) -> Option<Operand> {
         let first = slices.first()?;
-        let operand =
-            |splat| Operand { slot: self.slot(first.net) + first.lo / 64, shift: (first.lo % 64) as u8, splat };
+        let operand = |part| Operand { slot: self.slot(first.net) + first.lo / 64, shift: (first.lo % 64) as u8, part };
+        let held = |s: &Slice| (self.netlist.net(s.net).width - s.lo / 64 * 64).min(64);
         match slices {
-            [s] if s.lo / 64 == (s.lo + s.width - 1) / 64 => Some(operand(false)),
-            [_, ..] if slices.iter().all(|s| s == first && s.width == 1) => Some(operand(true)),
+            [s] if s.lo % 64 == 0 && s.width == held(s) => Some(operand(Part::Whole)),
+            [s] if s.lo / 64 == (s.lo + s.width - 1) / 64 => Some(operand(Part::Bits)),
+            [_, ..] if slices.iter().all(|s| s == first && s.width == 1) => Some(operand(Part::Splat)),
             _ => None,
         }
     }
@@ -175,7 +182,7 @@ impl Build<'_> {
             return direct;
         }
         if let Some(&slot) = self.gathers.get(slices) {
-            return Operand { slot, shift: 0, splat: false };
+            return Operand { slot, ..ZERO };
         }
         let y = self.program.initial.len() as u32;
         let ext = self.program.pool.len() as u32;
@@ -183,9 +190,8 @@ impl Build<'_> {
             let mut at = s.lo;
             while at < s.lo + s.width {
                 let width = (64 - at % 64).min(s.lo + s.width - at);
-                self.program
-                    .pool
-                    .push((Operand { slot: self.slot(s.net) + at / 64, shift: (at % 64) as u8, splat: false }, width));
+                let slot = self.slot(s.net) + at / 64;
+                self.program.pool.push((Operand { slot, shift: (at % 64) as u8, part: Part::Bits }, width));
                 at += width;
             }
         }
@@ -195,7 +201,7 @@ impl Build<'_> {
         self.program.slot_net.push(u32::MAX);
         self.gathers.insert(slices.to_vec(), y);
         self.push(Op { code: Code::Gather, y, mask: mask(width), ext, count, ..BLANK });
-        Operand { slot: y, shift: 0, splat: false }
+        Operand { slot: y, ..ZERO }
     }
 
     /// Whether a pin is connected to anything but constant 0.
@@ -242,16 +248,20 @@ impl Build<'_> {
             }
             Code::Level => {
                 let s = &self.program.stores[op.ext as usize];
-                let carry = if s.code == StoreCode::Accumulator {
-                    [s.d.slot, s.extra.slot]
-                } else {
-                    [s.aload.slot, s.aload.slot]
-                };
-                let load = if s.aload == ZERO { s.q } else { s.d.slot };
-                [s.q, s.set.slot, s.reset.slot, s.aload.slot, load].into_iter().chain(carry).for_each(read);
+                [s.set, s.reset, s.aload].iter().for_each(|o| read(o.slot));
+                if s.aload != ZERO {
+                    read(s.d.slot);
+                }
+                // the state changes at edges too, but they regard the controls
+                if op.count != 0 {
+                    read(s.q);
+                    if s.code == StoreCode::Accumulator {
+                        [s.d, s.extra].iter().for_each(|o| read(o.slot));
+                    }
+                }
             }
-            // its own state, in `c`, changes through it alone
-            Code::Sr { .. } => [op.a, op.b].iter().for_each(|o| read(o.slot)),
+            // its own state, in `c`, changes through it alone, or at an edge that regards its controls
+            Code::Sr { .. } | Code::SetReset => [op.a, op.b].iter().for_each(|o| read(o.slot)),
             _ => [op.a, op.b, op.c].iter().for_each(|o| read(o.slot)),
         }
         self.program.ops.push(op);
@@ -290,7 +300,8 @@ impl Build<'_> {
                 for k in 0..inputs {
                     let input = self.operand(&part(netlist.input(cell, 0), k * width, width));
                     let select = self.operand(&part(netlist.input(cell, 1), k, 1));
-                    pairs.extend([(input, width), (Operand { splat: true, ..select }, width)]);
+                    let select = if width == 1 { select } else { Operand { part: Part::Splat, ..select } };
+                    pairs.extend([(input, width), (select, width)]);
                 }
                 let ext = self.program.pool.len() as u32;
                 self.program.pool.extend(pairs);
@@ -350,7 +361,7 @@ impl Build<'_> {
         if width == 1
             && inputs > 1
             && inputs <= 64
-            && let Some(a) = self.direct(slices).filter(|a| !a.splat)
+            && let Some(a) = self.direct(slices).filter(|a| a.part != Part::Splat)
         {
             self.push(Op { code: Code::Reduce(op), a, y, mask: mask(inputs), ..BLANK });
             return;
@@ -403,7 +414,11 @@ impl Build<'_> {
         let word = |v: &crate::Value| v.words().next().unwrap_or_default();
         match kind {
             CellKind::Flop(f) => {
-                store.code = if (2..=7).filter(|&p| p != 5).any(acts) { StoreCode::Flop } else { StoreCode::Plain };
+                store.code = match [2, 6, 7].into_iter().any(acts) {
+                    false if ![3, 4].into_iter().any(acts) => StoreCode::Plain,
+                    false if netlist.input(cell, 5).is_empty() => StoreCode::SetReset,
+                    _ => StoreCode::Flop,
+                };
                 (store.set_value, store.reset_value) = (word(&f.set_value), word(&f.reset_value));
                 (store.aload, store.set, store.reset) = (self.pin(cell, 2), self.pin(cell, 3), self.pin(cell, 4));
                 if self.acts(cell, 2) {
@@ -423,11 +438,16 @@ impl Build<'_> {
                 (store.d, store.extra, store.reset) = (self.pin(cell, 1), self.pin(cell, 2), self.pin(cell, 3));
             }
         }
-        let (y, y2) = (store.q, store.derived);
+        let (y, y2, a, b) = (store.q, store.derived, store.set, store.reset);
+        let code = match store.code {
+            StoreCode::SetReset if !derived_used => Code::SetReset,
+            _ => Code::Level,
+        };
         self.program.stores.push(store);
         if level {
             let ext = self.program.stores.len() as u32 - 1;
-            self.push(Op { code: Code::Level, y, y2, mask: mask(width), ext, ..BLANK });
+            let op = Op { y, y2, mask: mask(width), ext, count: derived_used.into(), ..BLANK };
+            self.push(if code == Code::SetReset { Op { code, a, b, ..op } } else { Op { code, ..op } });
         }
     }
 
@@ -506,16 +526,19 @@ impl Build<'_> {
         self.reads.dedup();
         let mut reads = self.reads.iter().peekable();
         for slot in 0..p.meta.len() as u32 {
-            let start = p.wakes.len();
+            let meta = &mut p.meta[slot as usize];
+            meta.more_start = p.wakes.len() as u32;
             while let Some(&&(_, op)) = reads.peek().filter(|r| r.0 == slot) {
                 reads.next();
                 let (word, bit) = (op / 64, 1u64 << (op % 64));
-                match p.wakes[start..].last_mut() {
+                match p.wakes[meta.more_start as usize..].last_mut() {
+                    _ if meta.mask == 0 => (meta.word, meta.mask) = (word, bit),
+                    _ if meta.word == word => meta.mask |= bit,
                     Some(last) if last.word == word => last.mask |= bit,
                     _ => p.wakes.push(Wake { word, mask: bit }),
                 }
             }
-            (p.meta[slot as usize].fan_start, p.meta[slot as usize].fan_end) = (start as u32, p.wakes.len() as u32);
+            meta.more_end = p.wakes.len() as u32;
         }
         let mut hooked: HashMap<u32, [Vec<u32>; 3]> = HashMap::new();
         for (i, c) in p.clocks.iter().enumerate() {

@@ -1,11 +1,11 @@
 //! The present values, one operation, one change.
 
 use super::super::UnknownControl;
-use super::program::{Code, General, Meta, Op, Operand, Program, Store, StoreCode, flag};
+use super::program::{Code, General, Meta, ONE, Op, Operand, Part, Program, Store, StoreCode, flag};
 use crate::cell::{GateOp, arith, clocked, counter, evaluate, storage};
 use crate::netlist::NetId;
 use crate::value::Word;
-use crate::value::word::{extract, insert, mask, words};
+use crate::value::word::{copy, mask, words};
 
 /// More pins than any cell has.
 const PINS: usize = 8;
@@ -52,11 +52,10 @@ pub(super) struct State {
 
 impl State {
     pub fn new(p: &Program) -> State {
-        let dirty_words = p.ops.len().div_ceil(64);
+        // at least one, for the slots that wake nothing
+        let dirty_words = p.ops.len().div_ceil(64).max(1);
         let mut dirty = vec![u64::MAX; dirty_words];
-        if let Some(last) = dirty.last_mut() {
-            *last = mask(((p.ops.len() - 1) % 64 + 1) as u32);
-        }
+        dirty[dirty_words - 1] = mask((p.ops.len() - (dirty_words - 1) * 64) as u32);
         let mut summary = vec![0u64; dirty_words.div_ceil(64)];
         for word in 0..dirty_words {
             summary[word / 64] |= 1 << (word % 64);
@@ -94,23 +93,36 @@ impl State {
     #[inline(always)]
     fn read(&self, o: Operand, m: u64) -> Word {
         let w = self.slots[o.slot as usize];
-        let w = Word { v: w.v >> o.shift, u: w.u >> o.shift };
-        if o.splat { w.splat(m) } else { Word { v: w.v & m, u: w.u & m } }
+        if o.part == Part::Whole { w } else { part_of(w, o, m) }
+    }
+
+    /// A control pin of a store, most of which are not connected.
+    #[inline(always)]
+    fn control(&self, o: Operand) -> Word {
+        if o.slot <= ONE.slot { Word::known(o.slot.into()) } else { self.read(o, 1) }
     }
 
     /// Writes a slot; if that changes it, wakes what reads it.
     #[inline(always)]
     pub fn put(&mut self, p: &Program, slot: u32, new: Word) {
-        let old = self.slots[slot as usize];
-        if old == new {
+        let at = &mut self.slots[slot as usize];
+        let old = *at;
+        if (old.v ^ new.v) | (old.u ^ new.u) == 0 {
             return;
         }
-        self.slots[slot as usize] = new;
+        *at = new;
         self.events += 1;
-        let meta = self.meta[slot as usize];
-        for wake in &p.wakes[meta.fan_start as usize..meta.fan_end as usize] {
-            self.dirty[wake.word as usize] |= wake.mask;
-            self.summary[wake.word as usize / 64] |= 1 << (wake.word % 64);
+        let meta = &self.meta[slot as usize];
+        if meta.mask != 0 {
+            let word = meta.word as usize;
+            self.dirty[word] |= meta.mask;
+            self.summary[word / 64] |= 1 << (word % 64);
+        }
+        if meta.more_start != meta.more_end {
+            for wake in &p.wakes[meta.more_start as usize..meta.more_end as usize] {
+                self.dirty[wake.word as usize] |= wake.mask;
+                self.summary[wake.word as usize / 64] |= 1 << (wake.word % 64);
+            }
         }
         if meta.flags != 0 {
             self.notify(p, slot, old, new);
@@ -164,17 +176,22 @@ impl State {
 
     /// Runs one operation.
     #[inline(always)]
-    pub fn run<const STAGED: bool>(&mut self, p: &Program, number: usize) {
-        let op = p.ops[number];
+    pub fn run<const STAGED: bool>(&mut self, p: &Program, op: &Op) {
         let m = op.mask;
-        let two = |s: &State, gate: GateOp| gate.finish(gate.join(s.read(op.a, m), s.read(op.b, m)), m);
+        // a macro, so that each gate is a branch of this match and none within it
+        macro_rules! two {
+            ($gate:ident) => {
+                GateOp::$gate.finish(GateOp::$gate.join(self.read(op.a, m), self.read(op.b, m)), m)
+            };
+        }
         let y = match op.code {
-            Code::And2 => two(self, GateOp::And),
-            Code::Or2 => two(self, GateOp::Or),
-            Code::Xor2 => two(self, GateOp::Xor),
-            Code::Nand2 => two(self, GateOp::Nand),
-            Code::Nor2 => two(self, GateOp::Nor),
-            Code::Xnor2 => two(self, GateOp::Xnor),
+            // these join to known bits and x alone, so there is nothing to finish
+            Code::And2 => GateOp::And.join(self.read(op.a, m), self.read(op.b, m)),
+            Code::Or2 => GateOp::Or.join(self.read(op.a, m), self.read(op.b, m)),
+            Code::Xor2 => GateOp::Xor.join(self.read(op.a, m), self.read(op.b, m)),
+            Code::Nand2 => two!(Nand),
+            Code::Nor2 => two!(Nor),
+            Code::Xnor2 => two!(Xnor),
             Code::Buf => GateOp::Buf.finish(self.read(op.a, m), m),
             Code::Not => GateOp::Not.finish(self.read(op.a, m), m),
             Code::Reduce(gate) => gate.finish(gate.reduce(self.read(op.a, m), m), 1),
@@ -219,9 +236,17 @@ impl State {
                 self.out::<STAGED>(p, op.y2, q.not(1));
                 q
             }
+            Code::SetReset => {
+                let s = &p.stores[op.ext as usize];
+                let (set, reset) = (self.read(op.a, 1), self.read(op.b, 1));
+                let q = self.slots[op.y as usize];
+                storage::level(q, Word::ZERO, set, reset, Word::ZERO, s.set_value, s.reset_value)
+            }
             Code::Level => {
                 let (q, derived) = self.level(&p.stores[op.ext as usize], m);
-                self.out::<STAGED>(p, op.y2, derived);
+                if op.count != 0 {
+                    self.out::<STAGED>(p, op.y2, derived);
+                }
                 q
             }
             Code::Gather => {
@@ -243,7 +268,7 @@ impl State {
     #[inline(always)]
     fn level(&self, s: &Store, m: u64) -> (Word, Word) {
         let q = self.slots[s.q as usize];
-        let (d, load, reset) = (self.read(s.d, m), self.read(s.aload, 1), self.read(s.reset, 1));
+        let (d, load, reset) = (self.read(s.d, m), self.control(s.aload), self.control(s.reset));
         match s.code {
             StoreCode::Counter => {
                 let mut q = [q];
@@ -253,10 +278,10 @@ impl State {
             StoreCode::Accumulator => {
                 let mut q = [q];
                 counter::level(&mut q, &[d], Word::ZERO, reset);
-                (q[0], counter::carry(s.width, &q, &[d], self.read(s.extra, 1)))
+                (q[0], counter::carry(s.width, &q, &[d], self.control(s.extra)))
             }
             _ => {
-                let q = storage::level(q, d, self.read(s.set, 1), reset, load, s.set_value, s.reset_value);
+                let q = storage::level(q, d, self.control(s.set), reset, load, s.set_value, s.reset_value);
                 (q, q.not(m))
             }
         }
@@ -271,28 +296,39 @@ impl State {
             return self.sample_general(p, s.general);
         }
         let q = self.slots[s.q as usize];
-        let en = self.read(s.en, 1);
+        let en = self.control(s.en);
         let mut next = [Word::ZERO];
         match s.code {
             StoreCode::Plain => next[0] = if en.is_one() { self.read(s.d, m) } else { q },
+            StoreCode::SetReset => {
+                let c = storage::Controls {
+                    set: self.control(s.set),
+                    reset: self.control(s.reset),
+                    en: Word::known(1),
+                    aload: Word::ZERO,
+                    sync_set: Word::ZERO,
+                    sync_reset: Word::ZERO,
+                };
+                next[0] = storage::clocked(q, self.read(s.d, m), &c, s.set_value, s.reset_value);
+            }
             StoreCode::Flop => {
                 let c = storage::Controls {
-                    aload: self.read(s.aload, 1),
-                    set: self.read(s.set, 1),
-                    reset: self.read(s.reset, 1),
+                    aload: self.control(s.aload),
+                    set: self.control(s.set),
+                    reset: self.control(s.reset),
                     en,
-                    sync_set: self.read(s.extra, 1),
-                    sync_reset: self.read(s.extra2, 1),
+                    sync_set: self.control(s.extra),
+                    sync_reset: self.control(s.extra2),
                 };
                 next[0] = storage::clocked(q, self.read(s.d, m), &c, s.set_value, s.reset_value);
             }
             StoreCode::Counter => {
                 let c = counter::Controls {
                     en,
-                    down: self.read(s.extra, 1),
-                    load: self.read(s.extra2, 1),
-                    aload: self.read(s.aload, 1),
-                    reset: self.read(s.reset, 1),
+                    down: self.control(s.extra),
+                    load: self.control(s.extra2),
+                    aload: self.control(s.aload),
+                    reset: self.control(s.reset),
                 };
                 counter::count(s.width, &[q], &[self.read(s.d, m)], &[s.set_value], &c, &mut next);
             }
@@ -300,9 +336,9 @@ impl State {
                 s.width,
                 &[q],
                 &[self.read(s.d, m)],
-                self.read(s.extra, 1),
+                self.control(s.extra),
                 en,
-                self.read(s.reset, 1),
+                self.control(s.reset),
                 &mut next,
             ),
         }
@@ -335,14 +371,8 @@ impl State {
             }
             let mut lo = 0;
             for &(slot, from, width) in pieces {
-                let mut done = 0;
-                while done < width {
-                    let n = (width - done).min(64);
-                    let mut w = [Word::ZERO];
-                    extract(&mut w, &self.slots[slot as usize..], from + done, n);
-                    insert(to, lo, &w, n);
-                    (lo, done) = (lo + n, done + n);
-                }
+                copy(to, lo, &self.slots[slot as usize..], from, width);
+                lo += width;
             }
             bounds[pin] = (at, end);
             at = end;
@@ -350,7 +380,7 @@ impl State {
         bounds
     }
 
-    fn general<const STAGED: bool>(&mut self, p: &Program, op: Op) {
+    fn general<const STAGED: bool>(&mut self, p: &Program, op: &Op) {
         let g = &p.generals[op.ext as usize];
         let bounds = self.gather_pins(g);
         let mut out = std::mem::take(&mut self.scratch_out);
@@ -423,6 +453,13 @@ impl State {
             }
         }
     }
+}
+
+/// Bits of a word of which the operand is not the whole; a call, so that whole words cost a branch and no more.
+#[inline(never)]
+fn part_of(w: Word, o: Operand, m: u64) -> Word {
+    let w = Word { v: w.v >> o.shift, u: w.u >> o.shift };
+    if o.part == Part::Splat { w.splat(m) } else { Word { v: w.v & m, u: w.u & m } }
 }
 
 #[inline(always)]

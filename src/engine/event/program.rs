@@ -7,18 +7,28 @@ use crate::cell::{CellKind, GateOp};
 use crate::netlist::{CellId, NetId};
 use crate::value::Word;
 
+/// Which bits of a word of state an operand is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Part {
+    /// All that the word holds: nothing to shift, nothing to cut off.
+    Whole,
+    /// From bit `shift` up.
+    Bits,
+    /// Bit `shift` repeated.
+    Splat,
+}
+
 /// Bits of one word of state.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Operand {
     pub slot: u32,
     pub shift: u8,
-    /// Bit `shift` repeated.
-    pub splat: bool,
+    pub part: Part,
 }
 
 /// The slots that hold constant 0 and constant 1 for pins that are not connected.
-pub(super) const ZERO: Operand = Operand { slot: 0, shift: 0, splat: false };
-pub(super) const ONE: Operand = Operand { slot: 1, shift: 0, splat: false };
+pub(super) const ZERO: Operand = Operand { slot: 0, shift: 0, part: Part::Whole };
+pub(super) const ONE: Operand = Operand { slot: 1, shift: 0, part: Part::Whole };
 
 /// What an operation does. All but the last two have operands of at most 64 bits.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -46,7 +56,9 @@ pub(super) enum Code {
     Sr {
         set_dominates: bool,
     },
-    /// Asynchronous controls of store number `ext`, and the outputs made from its state.
+    /// Set `a` and reset `b` of store number `ext`, of which only the state is used.
+    SetReset,
+    /// Asynchronous controls of store number `ext`, and the output made from its state if `count` is not 0.
     Level,
     /// `count` pieces from the pool, with their widths, one above another.
     Gather,
@@ -75,6 +87,8 @@ pub(super) struct Op {
 pub(super) enum StoreCode {
     /// Only `d` and `en`.
     Plain,
+    /// Only `d`, `set` and `reset`.
+    SetReset,
     Flop,
     Counter,
     Accumulator,
@@ -150,8 +164,12 @@ pub(super) struct DelayCell {
 /// What a change of a slot wakes.
 #[derive(Clone, Copy, Default, Debug)]
 pub(super) struct Meta {
-    pub fan_start: u32,
-    pub fan_end: u32,
+    /// The first dirty bits that it sets; most have no others.
+    pub mask: u64,
+    pub word: u32,
+    /// The others, in `Program::wakes`.
+    pub more_start: u32,
+    pub more_end: u32,
     /// Number among the hooks, where a flag says that it has one.
     pub hook: u32,
     pub flags: u8,
@@ -174,7 +192,7 @@ pub(super) struct Hook {
     pub delays: Range<usize>,
 }
 
-/// Dirty bits that a change sets.
+/// Further dirty bits that a change sets.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wake {
     pub word: u32,
@@ -189,6 +207,8 @@ pub(super) struct Program {
     pub groups: Vec<Range<usize>>,
     /// Slots written in each group.
     pub group_slots: Vec<Vec<u32>>,
+    /// Operations of each group that only bring bits together.
+    pub group_gathers: Vec<Vec<u32>>,
     pub stores: Vec<Store>,
     pub generals: Vec<General>,
     pub clocks: Vec<ClockPin>,

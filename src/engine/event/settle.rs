@@ -6,7 +6,7 @@ use super::program::Program;
 use crate::value::Word;
 
 /// A wave that does not end.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Oscillation {
     /// Slots that keep changing.
     pub slots: Vec<u32>,
@@ -35,26 +35,36 @@ impl State {
         }
     }
 
-    /// Runs dirty operations in order until there are none.
+    /// Runs dirty operations in order until there are none. Feedback that never settles is reported after all others
+    /// have run, so that what is reported does not depend on which loop comes first.
     #[inline(always)]
     fn combinational(&mut self, p: &Program) -> Result<(), Oscillation> {
+        let mut endless: Option<Oscillation> = None;
         while let Some(s) = self.summary.iter().position(|&word| word != 0) {
             while self.summary[s] != 0 {
                 let word = s * 64 + self.summary[s].trailing_zeros() as usize;
-                while self.dirty[word] != 0 {
-                    let number = word * 64 + self.dirty[word].trailing_zeros() as usize;
-                    match p.ops[number].group {
+                loop {
+                    let bits = self.dirty[word];
+                    if bits == 0 {
+                        break;
+                    }
+                    let op = &p.ops[word * 64 + bits.trailing_zeros() as usize];
+                    match op.group {
                         0 => {
-                            self.dirty[word] &= self.dirty[word] - 1;
-                            self.run::<false>(p, number);
+                            self.dirty[word] = bits & (bits - 1);
+                            self.run::<false>(p, op);
                         }
-                        group => self.feedback(p, group as usize - 1)?,
+                        group => {
+                            if let Err(found) = self.feedback(p, group as usize - 1) {
+                                endless.get_or_insert_default().slots.extend(found.slots);
+                            }
+                        }
                     }
                 }
                 self.summary[s] &= !(1 << (word % 64));
             }
         }
-        Ok(())
+        endless.map_or(Ok(()), Err)
     }
 
     /// Collects and clears the dirty operations of a group.
@@ -75,9 +85,17 @@ impl State {
 
     /// One step of a group; all its operations see the values before it. Returns whether there was anything to do.
     fn step(&mut self, p: &Program, group: usize) -> bool {
+        // bringing bits together is wiring and takes no step
+        for &number in &p.group_gathers[group] {
+            let (word, bit) = (number as usize / 64, 1 << (number % 64));
+            if self.dirty[word] & bit != 0 {
+                self.dirty[word] &= !bit;
+                self.run::<false>(p, &p.ops[number as usize]);
+            }
+        }
         self.collect(p, group);
         for i in 0..self.batch.len() {
-            self.run::<true>(p, self.batch[i] as usize);
+            self.run::<true>(p, &p.ops[self.batch[i] as usize]);
         }
         self.take(p);
         !self.batch.is_empty()
@@ -125,6 +143,7 @@ impl State {
                 break;
             }
         }
+        self.collect(p, group); // what is left to do never ends
         let slots = slots.into_iter().zip(changing).filter(|(_, c)| *c).map(|(slot, _)| slot).collect();
         Oscillation { slots, clocked: false }
     }

@@ -203,6 +203,41 @@ fn a_race_that_never_settles_is_an_error_with_its_nets() {
 }
 
 #[test]
+fn bringing_bits_together_takes_no_step() {
+    // two NOR latches side by side, set by two nets and reset by one of two bits: both gates have to see both at once
+    let mut b = Builder::new("top");
+    let (s0, s1, r) = (b.input("s0", 1), b.input("s1", 1), b.input("r", 2));
+    let (q, qn) = (b.output("q", 2), b.output("qn", 2));
+    let top = b.top();
+    let nor = CellKind::Gate { op: GateOp::Nor, width: 2, inputs: 2 };
+    b.cell(top, "nor1", nor.clone(), vec![Bus::concat([&r, &qn])], vec![q.clone()]);
+    b.cell(top, "nor2", nor, vec![Bus::concat([&s0, &s1, &q])], vec![qn]);
+    let mut t = Bench::new(b);
+    t.set("s0", "1").set("s1", "1").set("r", "3").settle();
+    t.set("s0", "0").set("s1", "0").set("r", "0");
+    assert!(t.engine.settle().is_err(), "a race has a winner");
+}
+
+#[test]
+fn of_two_endless_loops_the_same_is_reported_in_any_order() {
+    let report = |names: [&str; 2]| {
+        let mut b = Builder::new("top");
+        let on = b.input("on", 1);
+        for name in names {
+            let y = b.output(name, 1);
+            let nand = CellKind::Gate { op: GateOp::Nand, width: 1, inputs: 2 };
+            let top = b.top();
+            b.cell(top, &format!("nand_{name}"), nand, vec![Bus::concat([&on, &y])], vec![y]);
+        }
+        let mut t = Bench::new(b);
+        t.set("on", "0").settle().set("on", "1");
+        crate::simulator::loop_names(&t.netlist, &t.engine.settle().unwrap_err())
+    };
+    assert_eq!(report(["a", "b"]), ["a"]);
+    assert_eq!(report(["b", "a"]), ["a"]);
+}
+
+#[test]
 fn a_clock_that_drives_itself_is_an_error() {
     // p toggles when n rises, m when n falls, and n = p ^ m ^ kick changes with each
     let mut b = Builder::new("top");
