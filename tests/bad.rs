@@ -21,8 +21,8 @@ const MADE: &[Made] = &[
     ("made_deep_allowed", "check made_deep_allowed.json --limit depth=2000", || hierarchy(1000, 1)),
     ("made_doubling", "check made_doubling.json", || hierarchy(60, 2)),
     ("made_deep_blocks", "check made_deep_blocks.json", || {
-        let blocks = |inner: String, _| format!(r#"{{ "blocks": {{ "b": {inner} }} }}"#);
-        format!(r#"{{ "modules": {{ "m": {} }} }}"#, (0..100_000).fold("{}".to_owned(), blocks))
+        let (open, close) = (r#"{ "blocks": { "b": "#.repeat(100_000), " } }".repeat(100_000));
+        format!(r#"{{ "modules": {{ "m": {open}{{}}{close} }} }}"#)
     }),
     ("made_wide_concatenation", "check made_wide_concatenation.json", || {
         let parts = vec![r#""65536{a}""#; 70_000].join(", ");

@@ -17,6 +17,8 @@ pub(super) struct Declared {
     pub bus: Bus,
     /// Where it is declared.
     pub span: Span,
+    /// Whether its width could not be told, which is told already.
+    pub faulty: bool,
 }
 
 /// Nets by name, those of a block hiding those around it.
@@ -73,6 +75,9 @@ impl Reader<'_> {
 
     fn net(&self, name: &super::Name) -> Result<Declared, Option<Box<Diagnostic>>> {
         let found = self.nets.get(name).cloned();
+        if found.as_ref().is_some_and(|net| net.faulty) {
+            return Err(None);
+        }
         found.ok_or_else(|| {
             let names = self.nets.names();
             let fault = Diagnostic::new(Code::UnknownNet, format!("there is no net or port `{}` here", name.value))
