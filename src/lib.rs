@@ -35,8 +35,10 @@ pub mod json;
 pub mod netlist;
 pub mod scenario;
 mod simulator;
+mod timescale;
 pub mod value;
 pub mod wave;
 
 pub use simulator::{Input, Probe, Simulator, SimulatorError};
+pub use timescale::{Timescale, Unit};
 pub use value::{Logic, Value};

@@ -9,7 +9,7 @@ use crate::cell::Clock;
 use crate::engine::{Engine, EventEngine, Unsettled};
 use crate::netlist::{Driver, NetId, Netlist, Slice};
 use crate::value::Word;
-use crate::value::word::{extract, insert, mask, words};
+use crate::value::word::{copy, extract, mask, words};
 
 /// An input of a circuit.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -174,6 +174,7 @@ impl<'n> Simulator<'n> {
     pub fn run_to(&mut self, tick: u64) -> Result<(), SimulatorError> {
         while self.engine.advance(tick).map_err(|e| self.error(&e))? {
             self.engine.clear_changes();
+            self.engine.take_unknown_controls();
         }
         Ok(())
     }
@@ -247,19 +248,18 @@ pub(crate) fn read_bits(engine: &dyn Engine, bits: &[Slice], to: &mut [Word]) {
             to[last] = Word { v: to[last].v & m, u: to[last].u & m };
             return;
         }
-        let mut done = 0;
-        while done < s.width {
-            let n = (s.width - done).min(64);
-            let mut w = [Word::ZERO];
-            extract(&mut w, from, s.lo + done, n);
-            insert(to, at, &w, n);
-            (at, done) = (at + n, done + n);
-        }
+        copy(to, at, from, s.lo, s.width);
+        at += s.width;
     }
 }
 
 /// The names of the nets of a loop, going round it where it is one of gates.
 pub(crate) fn loop_names(netlist: &Netlist, unsettled: &Unsettled) -> Vec<String> {
+    loop_nets(netlist, unsettled).into_iter().map(|net| netlist.net_name(net)).collect()
+}
+
+/// The nets of a loop, going round it where it is one of gates.
+pub(crate) fn loop_nets(netlist: &Netlist, unsettled: &Unsettled) -> Vec<NetId> {
     let cells: Vec<_> = unsettled
         .nets
         .iter()
@@ -269,9 +269,9 @@ pub(crate) fn loop_names(netlist: &Netlist, unsettled: &Unsettled) -> Vec<String
         })
         .collect();
     if let Some(circle) = netlist.circle(&cells).filter(|_| !unsettled.clocked) {
-        return circle.cells.into_iter().map(|cell| netlist.net_name(netlist.output(cell, 0))).collect();
+        return circle.cells.into_iter().map(|cell| netlist.output(cell, 0)).collect();
     }
-    let mut names: Vec<String> = unsettled.nets.iter().map(|&n| netlist.net_name(n)).collect();
-    names.sort();
-    names
+    let mut nets = unsettled.nets.clone();
+    nets.sort_by_cached_key(|&net| netlist.net_name(net));
+    nets
 }

@@ -164,7 +164,7 @@ const fn single(
 fn build(op: GateOp, a: &Arguments) -> Result<CellKind, String> {
     let (width, inputs) = (a.width("width"), a.inputs);
     if inputs < 2 {
-        return Err("a gate needs at least two inputs; for one use 'buf' or 'not'".into());
+        return Err("a gate needs at least two inputs; for one use `buf` or `not`".into());
     }
     Ok(CellKind::Gate { op, width, inputs })
 }

@@ -50,12 +50,13 @@ pub(super) fn read(
                 Some(of_text(parameter.kind, default, width.unwrap_or(1)).expect("defaults are valid"))
             }
             (None, None) => {
-                let fault = Diagnostic::new(
-                    Code::BadParameter,
-                    format!("`{}` needs the parameter `{}`: {}", element.name, parameter.name, parameter.doc),
+                let message = format!("`{}` needs the parameter `{}`", element.name, parameter.name);
+                diagnostics.push(
+                    Diagnostic::new(Code::BadParameter, message)
+                        .at(cell.span, format!("`{}` is missing", parameter.name))
+                        .note(format!("`{}`: {}", parameter.name, parameter.doc))
+                        .help(format!("add it: \"parameters\": {{ \"{}\": … }}", parameter.name)),
                 );
-                diagnostics
-                    .push(fault.at(cell.span, format!("\"parameters\": {{ \"{}\": … }} is missing", parameter.name)));
                 None
             }
         };
@@ -109,7 +110,10 @@ fn argument(
             if words.contains(&word) {
                 return Some(Argument::Word(word.to_owned()));
             }
-            let fault = fault(format!("`{}` must be one of {}", parameter.name, words.join(", ")), given.span);
+            let words_shown: Vec<String> = words.iter().map(|w| format!("`{w}`")).collect();
+            let message =
+                format!("`{}` must be {}, not `{}`", parameter.name, words_shown.join(" or "), given.value.as_text());
+            let fault = fault(message, given.span);
             diagnostics.push(fault.did_you_mean(word, words.iter().copied()));
             None
         }

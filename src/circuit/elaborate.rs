@@ -10,7 +10,7 @@ use super::scope::{Declared, Faulty, Nets, Reader, constant_in, eval, nets_of, s
 use super::{Block, Cell, Direction, Limits, Module, Name, Net, ParameterValue, Repeat, Signal, arguments};
 use crate::cell::element::{Arguments, Element};
 use crate::cell::{element, elements};
-use crate::diag::{Code, Diagnostic, Diagnostics, Span};
+use crate::diag::{Code, Diagnostic, Diagnostics, Span, nearest};
 use crate::json::Recover;
 use crate::netlist::{self, Builder, Bus, ScopeId};
 
@@ -52,10 +52,20 @@ pub(super) struct Elaboration<'a> {
     diagnostics: Diagnostics,
     places: Places,
     work: Vec<Instance>,
-    /// Faults told, by code and place, so that the copies of a module tell each once.
+    /// Seconds in a tick.
     tick: f64,
+    /// Cells, nets, ports and copies made so far.
+    made: u64,
+    /// Bits of outputs that are left open, and pieces that connections are made of.
+    unnamed: u64,
     overflow: bool,
+    /// How many instances of a module had faults of their own.
+    faulty: HashMap<ModuleId, u32>,
+    filled: HashSet<ModuleId>,
 }
+
+/// Copies of a cell, block or module tell the same faults again: after so many that have some, no more are made.
+const FAULTY_COPIES: u32 = 8;
 
 /// A netlist, where its parts stand in the files, and what was found wrong.
 pub(super) struct Elaborated {
@@ -63,6 +73,8 @@ pub(super) struct Elaborated {
     pub places: Places,
     pub diagnostics: Diagnostics,
     pub values: Values,
+    /// The modules that there is an instance of.
+    pub filled: HashSet<ModuleId>,
 }
 
 /// Elaborates a module as the top of a netlist. Faults of wiring are left for [`Builder::finish_with`].
@@ -85,7 +97,11 @@ pub(super) fn elaborate(
         places: Places::default(),
         work: Vec::new(),
         tick,
+        made: 0,
+        unnamed: 0,
         overflow: false,
+        faulty: HashMap::new(),
+        filled: HashSet::new(),
     };
     let mut values = IndexMap::new();
     if let Some(module) = module {
@@ -102,7 +118,7 @@ pub(super) fn elaborate(
         }
         e.fill(instance);
     }
-    Elaborated { builder: e.builder, places: e.places, diagnostics: e.diagnostics, values }
+    Elaborated { builder: e.builder, places: e.places, diagnostics: e.diagnostics, values, filled: e.filled }
 }
 
 impl<'e> Elaboration<'e> {
@@ -194,12 +210,26 @@ impl<'e> Elaboration<'e> {
             );
             return None;
         }
-        let bits = u64::from(self.builder.bit_count()) + n as u64;
-        if bits > self.limits.bits {
-            self.too_large("bits", "bits of all nets together", self.limits.bits, name.span);
-            return None;
+        self.bits(n as u64, name.span).then_some(n as u32)
+    }
+
+    /// Whether there is room for so many bits more; tells it if not.
+    fn bits(&mut self, more: u64, span: Span) -> bool {
+        let room = u64::from(self.builder.bit_count()) + self.unnamed + more <= self.limits.bits;
+        if !room {
+            self.too_large("bits", "bits of all nets and connections together", self.limits.bits, span);
         }
-        Some(n as u32)
+        room
+    }
+
+    /// Counts what is made; whether there is room for it.
+    fn make(&mut self, more: usize, span: Span) -> bool {
+        self.made += more as u64;
+        let room = self.made <= self.limits.cells;
+        if !room {
+            self.too_large("cells", "cells, nets and copies of the whole circuit", self.limits.cells, span);
+        }
+        room
     }
 
     /// Tells that a limit of the whole netlist is passed; nothing more is made.
@@ -207,7 +237,7 @@ impl<'e> Elaboration<'e> {
         if !std::mem::replace(&mut self.overflow, true) {
             self.diagnostics.push(
                 Diagnostic::new(Code::TooLarge, format!("the circuit passes the limit of {value} {what}"))
-                    .at(span, "here")
+                    .at(span, "with this")
                     .help(format!("if it is meant to be, raise the limit by `--limit {limit}=VALUE`")),
             );
         }
@@ -218,6 +248,17 @@ impl<'e> Elaboration<'e> {
         let library = self.library;
         let (_, Some(module)) = library.module(instance.module) else { return };
         let Instance { module: id, scope, values, mut ports, depth } = instance;
+        self.filled.insert(id);
+        if self.faulty.get(&id).is_some_and(|&n| n >= FAULTY_COPIES) {
+            for binding in ports.values().filter_map(|b| b.bus.as_ref()) {
+                self.mute_bits(binding);
+            }
+            return;
+        }
+        let before = self.diagnostics.errors();
+        if !self.make(module.ports.len(), library.module(id).0.span) {
+            return;
+        }
         let mut own = HashMap::new();
         for (name, port) in &module.ports {
             let Some(port) = port.as_ref() else { continue };
@@ -246,6 +287,9 @@ impl<'e> Elaboration<'e> {
         let mut here = Here { module: id, scope, nets: Nets { own, outer: None }, depth };
         let mut values = values;
         self.body(&mut here, &mut values, &module.nets, &module.cells, &module.blocks);
+        if self.diagnostics.errors() > before {
+            *self.faulty.entry(id).or_default() += 1;
+        }
     }
 
     fn body(
@@ -257,6 +301,9 @@ impl<'e> Elaboration<'e> {
         blocks: &IndexMap<Name, Recover<Block>>,
     ) {
         for (name, net) in nets {
+            if !self.make(1, name.span) {
+                return;
+            }
             let net = net.as_ref();
             let width = net.and_then(|n| self.width(n.width.as_ref(), name, values));
             if let Some(other) = here.nets.own.get(name.value.as_str()) {
@@ -271,28 +318,40 @@ impl<'e> Elaboration<'e> {
             here.nets.own.insert(name.value.clone(), Declared { signal, bus, span: name.span });
         }
         for (name, cell) in cells {
-            let Some(cell) = cell.as_ref() else { continue };
-            self.copies(cell.repeat.as_ref(), cell.condition.as_ref(), name, values, &mut |e, name, values| {
-                e.cell(here, values, name, cell)
+            let whole = cell.as_ref().is_some_and(|cell| {
+                self.copies(cell.repeat.as_ref(), cell.condition.as_ref(), name, values, &mut |e, name, values| {
+                    e.cell(here, values, name, cell)
+                })
             });
+            if !whole {
+                self.mute_here(&here.nets);
+            }
         }
         for (name, block) in blocks {
-            let Some(block) = block.as_ref() else { continue };
+            let Some(block) = block.as_ref() else {
+                self.mute_here(&here.nets);
+                continue;
+            };
             let outer = &*here;
             if outer.depth >= self.limits.depth {
                 self.too_large("depth", "modules and blocks inside one another", self.limits.depth, name.span);
                 return;
             }
-            self.copies(block.repeat.as_ref(), block.condition.as_ref(), name, values, &mut |e, name, values| {
-                let scope = e.builder.scope(outer.scope, name);
-                let nets = Nets { own: HashMap::new(), outer: Some(&outer.nets) };
-                let mut inner = Here { module: outer.module, scope, nets, depth: outer.depth + 1 };
-                e.body(&mut inner, values, &block.nets, &block.cells, &block.blocks);
-            });
+            let whole =
+                self.copies(block.repeat.as_ref(), block.condition.as_ref(), name, values, &mut |e, name, values| {
+                    let scope = e.builder.scope(outer.scope, name);
+                    let nets = Nets { own: HashMap::new(), outer: Some(&outer.nets) };
+                    let mut inner = Here { module: outer.module, scope, nets, depth: outer.depth + 1 };
+                    e.body(&mut inner, values, &block.nets, &block.cells, &block.blocks);
+                });
+            if !whole {
+                self.mute_here(&here.nets);
+            }
         }
     }
 
-    /// Calls `make` for each copy of a cell or block that exists, with its name and the index among the values.
+    /// Calls `make` for each copy of a cell or block that exists, with its name and the index among the values. Whether
+    /// it could be told which those are, and all were made.
     fn copies(
         &mut self,
         repeat: Option<&Repeat>,
@@ -300,25 +359,30 @@ impl<'e> Elaboration<'e> {
         name: &Name,
         values: &mut Values,
         make: &mut Make<'_, 'e>,
-    ) {
+    ) -> bool {
         let exists = |e: &mut Self, values: &Values| {
-            condition.is_none_or(|c| eval(c, values, &mut e.diagnostics).is_some_and(|n| n != 0))
+            condition.map_or(Some(true), |c| eval(c, values, &mut e.diagnostics).map(|n| n != 0))
         };
         let Some(repeat) = repeat else {
-            if exists(self, values) {
+            if !self.make(1, name.span) {
+                return false;
+            }
+            let exists = exists(self, values);
+            if exists == Some(true) {
                 make(self, name, values);
             }
-            return;
+            return exists.is_some();
         };
         let from = repeat.from.as_ref().map_or(Some(0), |e| eval(e, values, &mut self.diagnostics));
-        let (Some(from), Some(to)) = (from, eval(&repeat.to, values, &mut self.diagnostics)) else { return };
+        let (Some(from), Some(to)) = (from, eval(&repeat.to, values, &mut self.diagnostics)) else { return false };
         let count = (i128::from(to) - i128::from(from)).max(0);
         if repeat.from.is_none() && to < 0 {
             self.diagnostics.push(
                 Diagnostic::new(Code::BadRepeat, format!("`{}` is repeated {to} times", name.value))
-                    .at(repeat.to.span(), format!("this is {to}")),
+                    .at(repeat.to.span(), format!("this is {to}"))
+                    .help("0 makes none; a range may begin below 0, as in [-4, 4]"),
             );
-            return;
+            return false;
         }
         if count > i128::from(self.limits.repeat) {
             self.diagnostics.push(
@@ -329,7 +393,7 @@ impl<'e> Elaboration<'e> {
                 .at(repeat.to.span(), format!("this is {to}"))
                 .help("if it is meant to be, raise the limit by `--limit repeat=COUNT`"),
             );
-            return;
+            return false;
         }
         let index = repeat.index.value.as_str();
         if values.contains_key(index) {
@@ -337,25 +401,32 @@ impl<'e> Elaboration<'e> {
                 Diagnostic::new(Code::DuplicateName, format!("`{index}` is a parameter or index already"))
                     .at(repeat.index.span, "an index needs another name"),
             );
-            return;
+            return false;
         }
+        let (mut whole, mut faulty) = (true, 0);
         for i in from..to {
-            values.insert(index.to_owned(), i);
-            if exists(self, values) {
-                make(self, &Name::new(format!("{}[{i}]", name.value), name.span), values);
+            if !self.make(1, name.span) {
+                whole = false;
+                break;
             }
-            if self.overflow {
+            let before = self.diagnostics.errors();
+            values.insert(index.to_owned(), i);
+            match exists(self, values) {
+                Some(true) => make(self, &Name::new(format!("{}[{i}]", name.value), name.span), values),
+                Some(false) => {}
+                None => whole = false,
+            }
+            faulty += u32::from(self.diagnostics.errors() > before);
+            if self.overflow || faulty >= FAULTY_COPIES {
+                whole = false;
                 break;
             }
         }
         values.shift_remove(index);
+        whole
     }
 
     fn cell(&mut self, here: &Here<'_>, values: &Values, name: &Name, cell: &Cell) {
-        if self.builder.cell_count() as u64 >= self.limits.cells {
-            self.too_large("cells", "cells", self.limits.cells, name.span);
-            return;
-        }
         let library = self.library;
         if let Some(element) = element(&cell.kind) {
             self.element(here, values, name, cell, element);
@@ -365,8 +436,18 @@ impl<'e> Elaboration<'e> {
             let names = elements().map(|e| e.name).chain(library.visible(here.module.file));
             let fault =
                 Diagnostic::new(Code::UnknownType, format!("there is no element or module `{}` here", cell.kind.value));
-            let fault = fault.at(cell.kind.span, "unknown type").did_you_mean(&cell.kind, names);
-            self.diagnostics.push(fault.help("a module of another file needs an `import`"));
+            let fault = fault.at(cell.kind.span, "unknown type");
+            self.diagnostics.push(if library.misses(here.module.file) {
+                fault.did_you_mean(&cell.kind, names).note("it may be in a file that could not be imported")
+            } else {
+                let fault = fault.did_you_mean(&cell.kind, names);
+                match fault.helps.is_empty() {
+                    true => {
+                        fault.help("the elements are in docs/elements.md; a module of another file needs an `import`")
+                    }
+                    false => fault,
+                }
+            });
             self.mute_all(here, cell);
         }
     }
@@ -375,8 +456,29 @@ impl<'e> Elaboration<'e> {
     fn mute(&mut self, here: &Here<'_>, signal: &Signal) {
         let mut names = Vec::new();
         nets_of(signal, &mut names);
-        for net in names.into_iter().filter_map(|n| here.nets.get(n)) {
+        for name in names {
+            // a misspelt name leaves the net alone that was meant
+            let net = here.nets.get(name).or_else(|| here.nets.get(nearest(name, here.nets.names())?));
+            if let Some(net) = net {
+                self.places.mute(net.signal);
+                self.mute_bits(&net.bus);
+            }
+        }
+    }
+
+    /// Nor of the nets that some bits are declared as, be it in a module around this one.
+    fn mute_bits(&mut self, bus: &Bus) {
+        self.builder.owners(bus).into_iter().for_each(|signal| self.places.mute(signal));
+    }
+
+    /// Nor of any net that can be seen from a part that could not be made.
+    fn mute_here(&mut self, nets: &Nets<'_>) {
+        for net in nets.own.values() {
             self.places.mute(net.signal);
+            self.mute_bits(&net.bus);
+        }
+        if let Some(outer) = nets.outer {
+            self.mute_here(outer);
         }
     }
 
@@ -391,6 +493,7 @@ impl<'e> Elaboration<'e> {
             builder: &mut self.builder,
             diagnostics: &mut self.diagnostics,
             most_bits: self.limits.width,
+            most_in_all: self.limits.bits,
         }
     }
 
@@ -411,8 +514,9 @@ impl<'e> Elaboration<'e> {
 
     fn open_port(&mut self, name: &Name, cell: &Cell, port: &str, doc: &str) {
         let fault = Diagnostic::new(Code::UnconnectedPort, format!("`{port}` of `{}` is not connected", base(name)));
-        let fault = fault.at(name.span, format!("a `{}` needs `{port}`", cell.kind.value));
-        self.diagnostics.push(if doc.is_empty() { fault } else { fault.note(format!("`{port}`: {doc}")) });
+        let fault = fault.at(name.span, format!("`{}` needs its `{port}`", cell.kind.value));
+        let fault = if doc.is_empty() { fault } else { fault.note(format!("`{port}`: {doc}")) };
+        self.diagnostics.push(fault.help("connect it to a net, or to a constant such as \"1'b0\""));
     }
 
     fn element(&mut self, here: &Here<'_>, values: &Values, name: &Name, cell: &Cell, element: &'static Element) {
@@ -429,7 +533,8 @@ impl<'e> Elaboration<'e> {
         let mut faulty = arguments.is_none();
         for port in element.ports.iter().filter(|p| p.several) {
             if let (Some(signal), false) = (cell.connections.get(port.name), faulty) {
-                match self.reader(here, values).several(port, signal, width) {
+                let why = |fault: Diagnostic| because(fault, element, cell, port, width, 0);
+                match self.reader(here, values).several(port, signal, width, &why) {
                     Ok((bus, n)) => {
                         inputs = n;
                         several = Some(bus);
@@ -460,36 +565,37 @@ impl<'e> Elaboration<'e> {
         let mut pins = (vec![Bus::default(); kind.inputs().len()], vec![Bus::default(); kind.outputs().len()]);
         for port in element.ports {
             let Some(signal) = cell.connections.get(port.name) else { continue };
-            let (pin, expected, slot) = if port.output {
+            let (expected, slot) = if port.output {
                 let pin = kind
                     .outputs()
                     .iter()
                     .position(|&n| n == port.pin)
                     .expect("an element's ports are pins of its cell");
-                (pin, kind.output_width(pin), &mut pins.1[pin])
+                (kind.output_width(pin), &mut pins.1[pin])
             } else {
                 let pin = kind
                     .inputs()
                     .iter()
                     .position(|p| p.name == port.pin)
                     .expect("an element's ports are pins of its cell");
-                (pin, kind.input_width(pin), &mut pins.0[pin])
+                (kind.input_width(pin), &mut pins.0[pin])
             };
-            let _ = pin;
             if port.several {
                 *slot = several.take().unwrap_or_default();
                 continue;
             }
-            let why = || {
-                let given = cell.parameters.iter().find(|(n, _)| n.value.ends_with("width"));
-                given.map(|(n, v)| {
-                    (v.span, format!("`{}` has {expected} bit{} because of this `{}`", port.name, s(expected), n.value))
-                })
-            };
+            let why = |fault: Diagnostic| because(fault, element, cell, port, expected, inputs);
             if let Some(bus) = self.connect(here, values, &cell.kind, port.name, port.output, signal, expected, &why) {
                 *slot = bus;
             }
         }
+        let pieces: usize = pins.0.iter().chain(&pins.1).map(Bus::pieces).sum();
+        let open = (0..pins.1.len()).filter(|&k| pins.1[k].width() == 0).map(|k| u64::from(kind.output_width(k)));
+        let more = pieces as u64 + open.sum::<u64>();
+        if !self.bits(more, name.span) {
+            return;
+        }
+        self.unnamed += more;
         let id = self.builder.cell(here.scope, name, kind, pins.0, pins.1);
         self.places.cell(id, Place { span: name.span, module: here.module, port: false, muted: false });
     }
@@ -505,7 +611,7 @@ impl<'e> Elaboration<'e> {
         output: bool,
         signal: &Signal,
         expected: u32,
-        why: &dyn Fn() -> Option<(Span, String)>,
+        why: &dyn Fn(Diagnostic) -> Diagnostic,
     ) -> Option<Bus> {
         let bus = self.reader(here, values).bus(signal, Some(expected));
         let Ok(bus) = bus else {
@@ -522,23 +628,12 @@ impl<'e> Elaboration<'e> {
                     s(expected)
                 ),
             );
-            let mut fault = self
-                .reader(here, values)
-                .where_from(signal, fault.at(signal.span(), format!("{found} bit{}", s(found))));
-            fault = match why() {
-                Some((span, text)) => fault.also(span, text),
-                None => fault.note(format!("`{port}` of `{}` has {expected} bit{}", kind.value, s(expected))),
-            };
-            if found > expected {
-                fault = fault.help(format!("take part of it, as in \"name[{}:0]\"", expected - 1));
-            } else if !output {
-                fault = fault.help(format!(
-                    "extend it: [\"{}'d0\", …] with zeros, [\"{0}{{…[{}]}}\", …] with its sign",
-                    expected - found,
-                    found - 1
-                ));
-            }
-            self.diagnostics.push(fault);
+            let fault = fault.at(signal.span(), format!("{found} bit{}", s(found)));
+            let fault = self.reader(here, values).where_from(signal, fault);
+            self.diagnostics.push(why(match as_wide(signal, found, expected, output) {
+                Some(help) => fault.help(help),
+                None => fault,
+            }));
             self.mute(here, signal);
             return None;
         }
@@ -582,7 +677,9 @@ impl<'e> Elaboration<'e> {
                 continue;
             };
             let output = port.direction.value == Direction::Output;
-            let why = || Some((port_name.span, format!("the port is declared here with {width} bit{}", s(width))));
+            let why = |fault: Diagnostic| {
+                fault.also(port_name.span, format!("the port is declared here with {width} bit{}", s(width)))
+            };
             let bus = signal
                 .and_then(|signal| self.connect(here, values, &cell.kind, port_name, output, signal, width, &why));
             if signal.is_none() && port.direction.value == Direction::Input {
@@ -593,6 +690,57 @@ impl<'e> Elaboration<'e> {
         }
         let scope = self.builder.scope(here.scope, name);
         self.work.push(Instance { module, scope, values: inner, ports: bound, depth: here.depth + 1 });
+    }
+}
+
+/// How a signal can be made as wide as a port.
+fn as_wide(signal: &Signal, found: u32, expected: u32, output: bool) -> Option<String> {
+    let (more, top) = (expected.saturating_sub(found), found - 1);
+    match signal {
+        Signal::Name { name, .. } if found > expected => {
+            let part = if expected == 1 { "0".to_owned() } else { format!("{}:0", expected - 1) };
+            Some(format!("take part of it, as in \"{name}[{part}]\""))
+        }
+        Signal::Name { name, .. } if !output => {
+            let sign = if found == 1 { name.to_string() } else { format!("{name}[{top}]") };
+            Some(format!(
+                "extend it: [\"{more}'d0\", \"{name}\"] with zeros, [\"{more}{{{sign}}}\", \"{name}\"] with its sign"
+            ))
+        }
+        Signal::Concat { .. } if found < expected && !output => {
+            Some(format!("extend it by zeros at the front: [\"{more}'d0\", …]"))
+        }
+        _ => None,
+    }
+}
+
+/// Adds why a port of an element is as wide as it is.
+fn because(
+    fault: Diagnostic,
+    element: &Element,
+    cell: &Cell,
+    port: &element::Port,
+    expected: u32,
+    inputs: u32,
+) -> Diagnostic {
+    let bits = format!("`{}` has {expected} bit{}", port.name, s(expected));
+    let own = format!("{}_width", port.name);
+    let parameter = element.parameters.iter().find(|p| {
+        let named = p.doc.contains(&format!("`{}`", port.name))
+            || ((port.several || port.name == "a") && p.doc.contains("each input"));
+        p.name == own || (p.name == "width" && named)
+    });
+    let Some(parameter) = parameter else {
+        return match inputs {
+            0 => fault.note(bits),
+            _ => fault.note(format!("{bits} for {inputs} inputs")),
+        };
+    };
+    match cell.parameters.get(parameter.name) {
+        Some(given) => fault.also(given.span, format!("{bits} because of this `{}`", parameter.name)),
+        None => fault
+            .note(format!("{bits} because `{}` is not given, which makes it {expected}", parameter.name))
+            .help(format!("or give the cell \"parameters\": {{ \"{}\": … }}", parameter.name)),
     }
 }
 

@@ -161,6 +161,13 @@ impl Expr {
         }
     }
 
+    /// The names that it uses, each once.
+    pub(super) fn names(&self) -> Vec<&str> {
+        let mut names = Vec::new();
+        self.0.root.names(&mut names);
+        names
+    }
+
     /// Its value.
     ///
     /// # Errors
@@ -184,6 +191,27 @@ impl fmt::Display for Expr {
 }
 
 impl Node {
+    fn names<'n>(&'n self, names: &mut Vec<&'n str>) {
+        match &self.kind {
+            Kind::Number(_) => {}
+            Kind::Name(name) => {
+                if !names.contains(&name.as_str()) {
+                    names.push(name);
+                }
+            }
+            Kind::Negate(a) | Kind::Not(a) | Kind::Clog2(a) => a.names(names),
+            Kind::Binary(_, a, b) | Kind::Min(a, b) | Kind::Max(a, b) => {
+                a.names(names);
+                b.names(names);
+            }
+            Kind::Choose(a, b, c) => {
+                a.names(names);
+                b.names(names);
+                c.names(names);
+            }
+        }
+    }
+
     fn shift(&mut self, by: u32) {
         self.range = (self.range.0 - by, self.range.1 - by);
         match &mut self.kind {

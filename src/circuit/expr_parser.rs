@@ -97,7 +97,9 @@ impl<'a> Parser<'a> {
         match self.rest().chars().next() {
             None => Ok(()),
             Some(c) if c.is_ascii_alphanumeric() || "_()".contains(c) => {
-                Err(self.unexpected("expected the end of the expression"))
+                let fault = self.unexpected("expected an operator or the end of the expression");
+                let after_zero = self.text[..self.at].ends_with('0') && "xXbBoO".contains(c);
+                Err(if after_zero { fault.help("numbers are decimal") } else { fault })
             }
             Some(c) => {
                 let fault = self.unexpected(&format!("unexpected `{c}`"));
@@ -213,7 +215,11 @@ impl<'a> Parser<'a> {
             return Ok(Node { range: (start as u32, self.at as u32), ..inner });
         }
         match rest.chars().next() {
-            Some(c) => Err(self.unexpected(&format!("unexpected `{c}`"))),
+            Some(c) => {
+                let fault = self.unexpected(&format!("unexpected `{c}`"));
+                let power = c == '*' && self.text[..self.at].ends_with('*');
+                Err(if power { fault.help("there are no powers; 2 to the n is `1 << n`") } else { fault })
+            }
             None if self.text.trim().is_empty() => Err(self.fault(0, self.at, "an expression is missing")),
             None => Err(self.fault(self.at, self.at, "an expression ends too early")),
         }

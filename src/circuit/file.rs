@@ -2,7 +2,7 @@
 //! in the JSON Schema.
 
 use indexmap::IndexMap;
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer};
 
 use super::expr::Expr;
@@ -10,7 +10,8 @@ use super::expr_parser::is_name;
 use super::reference::Signal;
 use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Sources, Span};
 use crate::json::{self, Recover, Spanned};
-use crate::scenario::{Simulation, Timescale};
+use crate::scenario::Simulation;
+use crate::timescale::Timescale;
 
 /// A name or other word, and where it stands.
 pub type Name = Spanned<String>;
@@ -39,7 +40,7 @@ pub struct CircuitFile {
     #[schemars(extend("propertyNames" = { "pattern": NAME_PATTERN }))]
     pub modules: IndexMap<Name, Recover<Module>>,
     /// The default scenario.
-    pub simulation: Option<Recover<Simulation>>,
+    pub simulation: Option<Spanned<Recover<Simulation>>>,
 }
 
 /// What names are, for the schema.
@@ -308,6 +309,30 @@ impl Spanned<ParameterText> {
     }
 }
 
+impl<'de> Deserialize<'de> for Timescale {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = Spanned::<String>::deserialize(deserializer)?;
+        text.parse().map_err(|e: String| {
+            let (message, help) = e.split_once(": ").unwrap_or((&e, ""));
+            json::fault(Diagnostic::new(Code::BadTime, message).at(text.span, "").help(help))
+        })
+    }
+}
+
+impl JsonSchema for Timescale {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Timescale".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "1, 10 or 100 of a unit, e.g. `1ns`.",
+            "type": "string",
+            "pattern": "^(1|10|100) ?(s|ms|us|ns|ps|fs)$"
+        })
+    }
+}
+
 /// Copies counted by an index.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Repeat {
@@ -397,7 +422,7 @@ impl CircuitFile {
             module.ports.keys().for_each(|n| check_name(n, "port", diagnostics));
             check_scope(&module.nets, &module.cells, &module.blocks, diagnostics);
         }
-        if let Some(simulation) = circuit.simulation.as_ref().and_then(Recover::as_ref) {
+        if let Some(simulation) = circuit.simulation.as_ref().and_then(|s| s.value.as_ref()) {
             simulation.check(diagnostics);
         }
         Some(circuit)

@@ -3,9 +3,10 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
+use super::source::normal;
 use super::{CircuitFile, Limits, Module, Name, read_file};
 use crate::cell::element;
-use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Sources, Span};
+use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Severity, Sources, Span};
 use crate::json::Recover;
 
 /// A module by its file and its place in it.
@@ -21,6 +22,8 @@ struct Loaded {
     circuit: CircuitFile,
     /// What it imports, and where it says so.
     imports: Vec<(usize, Span)>,
+    /// Whether one of them cannot be read.
+    misses: bool,
 }
 
 /// Every file read so far.
@@ -52,11 +55,20 @@ impl Library {
             let base = PathBuf::from(sources.name(self.files[next].source));
             let base = base.parent().unwrap_or(Path::new("")).to_path_buf();
             for import in self.files[next].circuit.import.clone() {
-                let path = base.join(&*import.value);
+                if import.value.trim().is_empty() {
+                    self.files[next].misses = true;
+                    let fault = Diagnostic::new(Code::CannotRead, "an import names no file").at(import.span, "");
+                    diagnostics.push(fault.help("write the path of a circuit file, relative to this one"));
+                    continue;
+                }
+                let path = normal(&base.join(&*import.value));
                 match self.read(&path, limits, sources, diagnostics) {
                     Ok(Some(file)) => self.files[next].imports.push((file, import.span)),
-                    Ok(None) => {}
-                    Err(fault) => diagnostics.push(fault.at(import.span, "imported here")),
+                    Ok(None) => self.files[next].misses = true,
+                    Err(fault) => {
+                        self.files[next].misses = true;
+                        diagnostics.push(fault.at(import.span, "imported here"));
+                    }
                 }
             }
             next += 1;
@@ -78,7 +90,7 @@ impl Library {
         }
         let source = read_file(path, limits, sources)?;
         let file = CircuitFile::parse(sources, source, diagnostics).map(|circuit| {
-            self.files.push(Loaded { source, circuit, imports: Vec::new() });
+            self.files.push(Loaded { source, circuit, imports: Vec::new(), misses: false });
             self.files.len() - 1
         });
         self.by_path.insert(key, file);
@@ -126,6 +138,9 @@ impl Library {
                 }
                 seen.insert(name, name.span);
             }
+            for module in self.files[file].circuit.modules.values().filter_map(Recover::as_ref) {
+                module.allow.iter().filter_map(not_allowed).for_each(|fault| diagnostics.push(fault));
+            }
             for &(import, span) in &self.files[file].imports {
                 for name in self.files[import].circuit.modules.keys().filter(|_| import != file) {
                     match seen.get(name.value.as_str()) {
@@ -150,6 +165,11 @@ impl Library {
 
     pub fn file(&self, file: usize) -> &CircuitFile {
         &self.files[file].circuit
+    }
+
+    /// Whether an import of a file cannot be read, so that its modules are not known.
+    pub fn misses(&self, file: usize) -> bool {
+        self.files[file].misses
     }
 
     pub fn source(&self, file: usize) -> FileId {
@@ -201,6 +221,18 @@ impl Library {
             self.cells(file, &block.cells, &block.blocks, uses);
         }
     }
+}
+
+/// What is wrong with an entry of `allow`.
+fn not_allowed(entry: &Name) -> Option<Diagnostic> {
+    let warnings = || Code::ALL.iter().filter(|c| c.severity() == Severity::Warning).map(|c| c.as_str());
+    let fault = match entry.value.parse::<Code>() {
+        Ok(code) if code.severity() == Severity::Warning => return None,
+        Ok(_) => Diagnostic::new(Code::UnknownCode, format!("`{}` is an error, which cannot be allowed", entry.value)),
+        Err(()) => Diagnostic::new(Code::UnknownCode, format!("there is no warning `{}`", entry.value)),
+    };
+    let fault = fault.at(entry.span, "not a warning").did_you_mean(entry, warnings());
+    Some(fault.note(format!("the warnings are {}", warnings().collect::<Vec<_>>().join(", "))))
 }
 
 /// Where the edges of a node lead, and the places that make them.

@@ -42,8 +42,8 @@ limits! {
     width "width" 65_536, "Bits of one net.";
     repeat "repeat" 1 << 20, "Copies made by one `repeat`.";
     depth "depth" 256, "Modules and blocks inside one another.";
-    cells "cells" 1 << 24, "Cells of the whole netlist.";
-    bits "bits" 1 << 26, "Bits of all nets together.";
+    cells "cells" 1 << 22, "Cells, nets and copies of the whole circuit.";
+    bits "bits" 1 << 26, "Bits of all nets and connections together.";
 }
 
 impl Limits {
@@ -71,8 +71,21 @@ impl Limits {
             };
             return Err(format!("there is no limit `{name}`; {hint}"));
         };
-        *limit = value.replace('_', "").parse().map_err(|_| format!("`{value}` is not a number of 64 bits"))?;
+        let value: u64 =
+            value.replace('_', "").parse().map_err(|_| format!("`{value}` is not a whole number (of 64 bits)"))?;
+        *limit = value;
+        let most = self.clone().possible().get(name).unwrap_or(value);
+        if value > most {
+            return Err(format!("the limit `{name}` cannot be more than {most}"));
+        }
         Ok(())
+    }
+
+    /// These limits, but not beyond what can be counted.
+    #[must_use]
+    pub(super) fn possible(self) -> Limits {
+        const MOST: u64 = u32::MAX as u64 - 1;
+        Limits { bits: self.bits.min(MOST), width: self.width.min(MOST / 2), cells: self.cells.min(MOST / 2), ..self }
     }
 }
 
@@ -103,6 +116,8 @@ mod tests {
         assert!(limits.set("cells").is_err());
         assert!(limits.set("cells=-1").is_err());
         assert!(limits.set("cells=99999999999999999999").is_err());
+        assert_eq!(limits.set("bits=5000000000").unwrap_err(), "the limit `bits` cannot be more than 4294967294");
+        assert_eq!(limits.set("depth=5000000000"), Ok(()));
         assert!(limits.set("zzzzz=1").unwrap_err().contains("file-size, width"));
     }
 }

@@ -1,5 +1,6 @@
 //! From a path to a netlist: reads the files, elaborates, checks.
 
+use std::collections::HashSet;
 use std::fmt;
 use std::path::Path;
 
@@ -10,8 +11,7 @@ use super::library::{Library, ModuleId};
 use super::report::{Places, Report};
 use super::{Limits, Name, ParameterValue};
 use crate::diag::{Code, Diagnostic, Diagnostics, Sources, Span};
-use crate::json::Recover;
-use crate::netlist::{Netlist, SignalId};
+use crate::netlist::{CellId, Netlist, SignalId};
 use crate::scenario::Simulation;
 
 /// A circuit ready to run.
@@ -23,6 +23,8 @@ pub struct Circuit {
     pub parameters: IndexMap<String, i64>,
     /// The default scenario of the file, if it has one.
     pub simulation: Option<Simulation>,
+    /// Where that stands.
+    pub simulation_span: Option<Span>,
     /// Where the top module's name stands.
     pub span: Span,
     places: Places,
@@ -33,6 +35,12 @@ impl Circuit {
     #[must_use]
     pub fn place(&self, signal: SignalId) -> Span {
         self.places.of(signal).unwrap_or(self.span)
+    }
+
+    /// Where a cell stands; none for what the netlist adds of its own, such as what resolves a bus.
+    #[must_use]
+    pub fn cell_place(&self, cell: CellId) -> Option<Span> {
+        self.places.of_cell(cell)
     }
 }
 
@@ -109,13 +117,21 @@ pub struct Loader {
     pub diagnostics: Diagnostics,
     limits: Limits,
     library: Library,
+    /// The modules that were elaborated somewhere.
+    filled: HashSet<ModuleId>,
 }
 
 impl Loader {
     /// A loader that has read nothing.
     #[must_use]
     pub fn new(limits: Limits) -> Loader {
-        Loader { sources: Sources::new(), diagnostics: Diagnostics::new(), limits, library: Library::default() }
+        Loader {
+            sources: Sources::new(),
+            diagnostics: Diagnostics::new(),
+            limits: limits.possible(),
+            library: Library::default(),
+            filled: HashSet::new(),
+        }
     }
 
     /// The limits it keeps.
@@ -160,7 +176,7 @@ impl Loader {
         let start = Span::new(self.library.source(file), 0, 1);
         let names: Vec<&str> = roots.iter().map(|&m| self.library.module(m).0.value.as_str()).collect();
         let d = if names.is_empty() {
-            Diagnostic::new(Code::NoTop, "the file has no module to run").at(start, "")
+            Diagnostic::new(Code::NoTop, "the file has no module to run").at(start, "").help("add one to `modules`")
         } else {
             let d = Diagnostic::new(Code::NoTop, "the file has several modules that no other uses");
             d.at(start, "which of them is to run?")
@@ -176,14 +192,17 @@ impl Loader {
     pub fn elaborate(&mut self, file: FileHandle, parameters: &[(Name, ParameterValue)]) -> Option<Circuit> {
         let top = self.top(file.0)?;
         let (netlist, parameters, places) = self.netlist(top, parameters);
-        let simulation = self.library.file(file.0).simulation.as_ref().and_then(Recover::as_ref).cloned();
-        Some(Circuit { netlist, parameters, simulation, span: self.library.module(top).0.span, places })
+        let simulation = self.library.file(file.0).simulation.as_ref();
+        let simulation_span = simulation.map(|s| s.span);
+        let simulation = simulation.and_then(|s| s.value.as_ref()).cloned();
+        let span = self.library.module(top).0.span;
+        Some(Circuit { netlist, parameters, simulation, simulation_span, span, places })
     }
 
     /// Elaborates, with their default parameters, the modules of a file that its top module does not reach. A file
     /// without a single top is a library, and all of its modules are checked so.
     pub fn check_rest(&mut self, file: FileHandle) {
-        let mut done = std::collections::HashSet::new();
+        let mut done = HashSet::new();
         let circuit = self.library.file(file.0);
         let top = circuit.top.as_ref().and_then(|t| circuit.modules.get_index_of(t.value.as_str()));
         let mut reached: Vec<ModuleId> = top.map(|index| ModuleId { file: file.0, index }).into_iter().collect();
@@ -195,6 +214,14 @@ impl Loader {
         let rest: Vec<ModuleId> = roots(&self.library, file.0).into_iter().filter(|m| !done.contains(m)).collect();
         for module in rest {
             self.netlist(module, &[]);
+        }
+        // those of which every cell is faulty
+        if self.diagnostics.has_errors() {
+            for module in self.library.modules(file.0) {
+                if !self.filled.contains(&module) {
+                    self.netlist(module, &[]);
+                }
+            }
         }
     }
 
@@ -218,9 +245,14 @@ impl Loader {
         for d in elaborated.diagnostics.iter() {
             self.diagnostics.push(d.clone());
         }
+        self.filled.extend(elaborated.filled);
+        // too large, or half of it is missing
+        if cut_short {
+            return (Netlist::default(), elaborated.values, Places::default());
+        }
         let mut faults = Vec::new();
         let netlist = elaborated.builder.finish_with(&mut faults);
-        if !cut_short {
+        {
             let mut report = Report {
                 library: &self.library,
                 netlist: &netlist,

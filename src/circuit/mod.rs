@@ -28,3 +28,4 @@ pub use limits::Limits;
 pub use load::{Circuit, FileHandle, LoadError, Loader, load, load_with};
 pub use reference::{Constant, Signal};
 pub use source::read_file;
+pub(crate) use source::{normal, size};

@@ -40,6 +40,11 @@ impl Places {
         self.signals.get(&id).map(|p| p.span)
     }
 
+    /// Where a cell stands.
+    pub fn of_cell(&self, id: CellId) -> Option<Span> {
+        self.cells.get(&id).map(|p| p.span)
+    }
+
     pub fn mute(&mut self, id: SignalId) {
         if let Some(place) = self.signals.get_mut(&id) {
             place.muted = true;
@@ -97,7 +102,9 @@ impl Report<'_> {
                     };
                     d = if i == 0 { d.at(span, text) } else { d.also(span, text) };
                 }
-                self.diagnostics.push(d.also(place.span, "the net").help("only `tristate` cells may share a net"));
+                let told = d.labels.iter().any(|l| l.span == place.span);
+                let d = if told { d } else { d.also(place.span, "the net") };
+                self.diagnostics.push(d.help("leave one of them; only `tristate` cells may share a net"));
             }
             Fault::Undriven { signal: id, lo, width } => {
                 let Some(place) = self.places.signals.get(id).filter(|p| !p.muted) else { return };

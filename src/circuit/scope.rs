@@ -51,6 +51,8 @@ pub(super) struct Reader<'a> {
     pub diagnostics: &'a mut Diagnostics,
     /// The widest bus that is allowed.
     pub most_bits: u64,
+    /// The most bits that there may be of everything.
+    pub most_in_all: u64,
 }
 
 impl Reader<'_> {
@@ -86,17 +88,21 @@ impl Reader<'_> {
             Signal::Select { name, index, .. } => {
                 let at = self.number(index)?;
                 let net = self.net(name)?;
-                self.slice(name, &net, at, at, index.span())
+                self.slice(name, &net, (at, at), &self.with(index), index.span())
             }
             Signal::Slice { name, hi, lo, .. } => {
                 let (high, low) = (self.number(hi)?, self.number(lo)?);
                 let net = self.net(name)?;
-                self.slice(name, &net, high, low, hi.span().to(lo.span()))
+                let with = format!("{}{}", self.with(hi), if hi == lo { String::new() } else { self.with(lo) });
+                self.slice(name, &net, (high, low), &with, hi.span().to(lo.span()))
             }
             Signal::Constant(constant) => {
                 let size = self.number(&constant.size)?;
+                if u64::try_from(size).is_ok_and(|size| size > self.most_bits) {
+                    return Err(Some(Box::new(self.too_wide("a constant", size as u64, constant.size.span()))));
+                }
                 let value = constant.constant(size).map_err(|d| Some(Box::new(d)))?;
-                Ok(self.builder.constant(&value))
+                self.constant(&value, constant.span)
             }
             Signal::Repeat { count, of, .. } => {
                 let times = self.number(count)?;
@@ -109,14 +115,7 @@ impl Reader<'_> {
                     );
                 }
                 if total > self.most_bits {
-                    return fail(
-                        Diagnostic::new(
-                            Code::TooLarge,
-                            format!("a repetition makes {total} bits, the limit is {}", self.most_bits),
-                        )
-                        .at(count.span(), format!("{times} times {} bits", bus.width()))
-                        .help("if it is meant to be, raise the limit by `--limit width=BITS`"),
-                    );
+                    return fail(self.too_wide("a repetition", total, count.span()));
                 }
                 Ok(Bus::concat(std::iter::repeat_n(&bus, times as usize)))
             }
@@ -128,6 +127,7 @@ impl Reader<'_> {
                 }
                 let mut all = Vec::new();
                 let mut faulty = false;
+                let mut total = 0;
                 for part in parts {
                     if let Signal::Number { value, span } = part {
                         self.diagnostics.push(
@@ -139,8 +139,15 @@ impl Reader<'_> {
                         continue;
                     }
                     match self.bus(part, None) {
-                        Ok(bus) => all.push(bus),
+                        Ok(bus) => {
+                            total += u64::from(bus.width());
+                            all.push(bus);
+                        }
                         Err(Faulty) => faulty = true,
+                    }
+                    // before more memory is taken
+                    if total > self.most_bits {
+                        return fail(self.too_wide("a concatenation", total, part.span()));
                     }
                 }
                 if faulty {
@@ -155,7 +162,7 @@ impl Reader<'_> {
                     );
                 };
                 match Value::for_width(&value.to_string(), width) {
-                    Ok(value) => Ok(self.builder.constant(&value)),
+                    Ok(value) => self.constant(&value, *span),
                     Err(e) => fail(
                         Diagnostic::new(Code::WidthMismatch, e.to_string())
                             .at(*span, format!("the port is {width} bit{} wide", s(width))),
@@ -165,12 +172,38 @@ impl Reader<'_> {
         }
     }
 
+    /// A signal that is wider than is allowed.
+    fn too_wide(&self, what: &str, bits: u64, place: Span) -> Diagnostic {
+        Diagnostic::new(Code::TooLarge, format!("{what} comes to {bits} bits, the limit is {}", self.most_bits))
+            .at(place, format!("{bits} bits up to here"))
+            .help("if it is meant to be, raise the limit by `--limit width=BITS`")
+    }
+
+    fn constant(&mut self, value: &Value, place: Span) -> Result<Bus, Option<Box<Diagnostic>>> {
+        if u64::from(self.builder.bit_count()) + u64::from(value.width()) > self.most_in_all {
+            let message = format!("the circuit passes the limit of {} bits of all nets together", self.most_in_all);
+            return Err(Some(Box::new(
+                Diagnostic::new(Code::TooLarge, message)
+                    .at(place, "with this constant")
+                    .help("if it is meant to be, raise the limit by `--limit bits=BITS`"),
+            )));
+        }
+        Ok(self.builder.constant(value))
+    }
+
+    /// The indices of `repeat` and the parameters that an expression uses, with their values, for a label.
+    fn with(&self, expr: &super::Expr) -> String {
+        let used = expr.names().into_iter().filter_map(|n| Some(format!("{n} = {}", self.values.get(n)?)));
+        let used: Vec<String> = used.collect();
+        if used.is_empty() || expr.as_name().is_some() { String::new() } else { format!(" with {}", used.join(", ")) }
+    }
+
     fn slice(
         &self,
         name: &super::Name,
         net: &Declared,
-        high: i64,
-        low: i64,
+        (high, low): (i64, i64),
+        with: &str,
         place: Span,
     ) -> Result<Bus, Option<Box<Diagnostic>>> {
         let width = i64::from(net.bus.width());
@@ -179,11 +212,15 @@ impl Reader<'_> {
                 Code::IndexOutOfRange,
                 format!("a slice goes from the high bit to the low one, not [{high}:{low}]"),
             )
-            .at(place, format!("write [{low}:{high}]"))
+            .at(place, format!("this is [{high}:{low}]{with}"))
+            .help(format!("the bits are numbered from 0 at the low end: write [{low}:{high}]"))
         } else if low < 0 || high >= width {
             let bits = if high == low { format!("bit {high}") } else { format!("bits {high} to {low}") };
             Diagnostic::new(Code::IndexOutOfRange, format!("`{}` has no {bits}", name.value))
-                .at(place, if high == low { format!("this is {high}") } else { format!("this is [{high}:{low}]") })
+                .at(
+                    place,
+                    if high == low { format!("this is {high}{with}") } else { format!("this is [{high}:{low}]{with}") },
+                )
                 .also(net.span, format!("declared with {width} bit{}, {} to 0", s(net.bus.width()), width - 1))
         } else {
             return Ok(net.bus.slice(low as u32, (high - low + 1) as u32));
@@ -192,7 +229,14 @@ impl Reader<'_> {
     }
 
     /// The inputs of a port that takes several, one after another, and how many there are.
-    pub fn several(&mut self, port: &Port, signal: &Signal, width: u32) -> Result<(Bus, u32), Faulty> {
+    /// `why` adds where the width of each comes from.
+    pub fn several(
+        &mut self,
+        port: &Port,
+        signal: &Signal,
+        width: u32,
+        why: &dyn Fn(Diagnostic) -> Diagnostic,
+    ) -> Result<(Bus, u32), Faulty> {
         let Signal::Concat { parts, span } = signal else {
             let bus = self.bus(signal, None)?;
             if width == 1 {
@@ -219,6 +263,12 @@ impl Reader<'_> {
             );
             return Err(Faulty);
         }
+        if parts.len() as u64 * u64::from(width) > self.most_in_all {
+            let message = format!("{} inputs of {width} bits pass the limit of {} bits", parts.len(), self.most_in_all);
+            let fault = Diagnostic::new(Code::TooLarge, message).at(*span, "these inputs");
+            self.diagnostics.push(fault.help("if it is meant to be, raise the limit by `--limit bits=BITS`"));
+            return Err(Faulty);
+        }
         let mut all = Vec::new();
         let mut faulty = false;
         for (i, part) in parts.iter().enumerate() {
@@ -240,9 +290,10 @@ impl Reader<'_> {
                     if parts.len() == 1 && width == 1 {
                         fault = fault.help("without the array, every bit of the signal is one input");
                     } else if bus.width() == 1 {
-                        fault = fault.help(format!("\"{width}{{…}}\" repeats a bit"));
+                        let name = if let Signal::Name { name, .. } = part { &name.value } else { "…" };
+                        fault = fault.help(format!("\"{width}{{{name}}}\" repeats a bit"));
                     }
-                    self.diagnostics.push(fault);
+                    self.diagnostics.push(why(fault));
                 }
                 Err(Faulty) => faulty = true,
             }

@@ -2,10 +2,10 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
 use super::Limits;
-use crate::diag::{Code, Diagnostic, FileId, Sources};
+use crate::diag::{Code, Diagnostic, FileId, Sources, Span};
 
 /// Reads the text file `path`; `sources` calls it by its path as given. Never waits (for a pipe) and never reads more
 /// than [`Limits::file_size`] bytes.
@@ -14,35 +14,20 @@ use crate::diag::{Code, Diagnostic, FileId, Sources};
 /// A fault without a place: an import adds where it stands.
 pub fn read_file(path: &Path, limits: &Limits, sources: &mut Sources) -> Result<FileId, Diagnostic> {
     let name = path.display().to_string();
-    let cannot = |why: &str| Diagnostic::new(Code::CannotRead, format!("cannot read `{name}`: {why}"));
-    let failed = |e: &io::Error| {
-        let fault = cannot(&reason(e));
-        match e.kind() {
-            io::ErrorKind::NotFound => not_found(fault, path),
-            _ => fault,
-        }
-    };
-    // Before opening: to open a pipe would wait for its writer.
-    let metadata = std::fs::metadata(path).map_err(|e| failed(&e))?;
-    if metadata.is_dir() {
-        return Err(cannot("it is a directory").help("name a file in it"));
-    }
-    if !metadata.is_file() {
-        return Err(cannot("it is not a regular file").help("write its contents to a file first"));
-    }
+    let size = size(path)?;
     // Places are 32-bit offsets.
     let limit = limits.file_size.min(u64::from(u32::MAX) - 1);
     let too_large = |size: &str| {
         Diagnostic::new(Code::TooLarge, format!("`{name}` is too large: {size}, the limit is {limit}"))
             .help("if it is meant to be, raise the limit by `--limit file-size=BYTES`")
     };
-    if metadata.len() > limit {
-        return Err(too_large(&format!("{} bytes", metadata.len())));
+    if size > limit {
+        return Err(too_large(&format!("{size} bytes")));
     }
-    let file = File::open(path).map_err(|e| failed(&e))?;
-    let mut bytes = Vec::with_capacity(metadata.len() as usize);
+    let file = File::open(path).map_err(|e| failed(path, &e))?;
+    let mut bytes = Vec::with_capacity(size as usize);
     // The size may be wrong (as in /proc) or grow.
-    file.take(limit + 1).read_to_end(&mut bytes).map_err(|e| failed(&e))?;
+    file.take(limit + 1).read_to_end(&mut bytes).map_err(|e| failed(path, &e))?;
     if bytes.len() as u64 > limit {
         return Err(too_large("it grew"));
     }
@@ -51,22 +36,71 @@ pub fn read_file(path: &Path, limits: &Limits, sources: &mut Sources) -> Result<
         Err(e) => {
             let offset = e.utf8_error().valid_up_to();
             let bytes = e.as_bytes();
-            let byte = bytes[offset];
-            let line = bytes[..offset].iter().filter(|&&b| b == b'\n').count() + 1;
-            let fault = cannot(&format!("it is not UTF-8: byte {offset} (line {line}) is 0x{byte:02x}"));
-            Err(match bytes {
-                [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => fault.help("it looks like UTF-16; save it as UTF-8"),
-                _ => fault.help("save it as UTF-8"),
-            })
+            if let [0xff, 0xfe, ..] | [0xfe, 0xff, ..] = bytes {
+                return Err(cannot(path, "it is not UTF-8").help("it looks like UTF-16; save it as UTF-8"));
+            }
+            // what can be shown of it: all up to there, and the rest of the line
+            let line = bytes[offset..].iter().take(200).take_while(|&&b| b != b'\n').count();
+            let text = String::from_utf8_lossy(&bytes[..offset + line]).into_owned();
+            let file = sources.add(name, text);
+            let place = Span::new(file, offset as u32, offset as u32 + 1);
+            Err(cannot(path, "it is not UTF-8")
+                .at(place, format!("this byte is 0x{:02x}", bytes[offset]))
+                .help("save it as UTF-8"))
         }
     }
+}
+
+/// The size of a regular file. Does not open it: to open a pipe would wait for its writer.
+///
+/// # Errors
+/// That there is no such file, or that it is none that could be read.
+pub(crate) fn size(path: &Path) -> Result<u64, Diagnostic> {
+    let metadata = std::fs::metadata(path).map_err(|e| failed(path, &e))?;
+    if metadata.is_dir() {
+        return Err(cannot(path, "it is a directory").help("name a file in it"));
+    }
+    if !metadata.is_file() {
+        return Err(cannot(path, "it is not a regular file").help("write its contents to a file first"));
+    }
+    Ok(metadata.len())
+}
+
+fn cannot(path: &Path, why: &str) -> Diagnostic {
+    Diagnostic::new(Code::CannotRead, format!("cannot read `{}`: {why}", path.display()))
+}
+
+fn failed(path: &Path, e: &io::Error) -> Diagnostic {
+    let fault = cannot(path, &reason(e));
+    match e.kind() {
+        io::ErrorKind::NotFound => not_found(fault, path),
+        _ => fault,
+    }
+}
+
+/// A path without `.` and `..`, as far as that surely leads to the same file: not through links.
+pub(crate) fn normal(path: &Path) -> PathBuf {
+    let mut short = PathBuf::new();
+    for part in path.components() {
+        let directory = || std::fs::symlink_metadata(&short).is_ok_and(|m| m.is_dir());
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir
+                if matches!(short.components().next_back(), Some(Component::Normal(_))) && directory() =>
+            {
+                short.pop();
+            }
+            part => short.push(part),
+        }
+    }
+    if short.as_os_str().is_empty() { path.to_path_buf() } else { short }
 }
 
 fn reason(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => "there is no such file".to_owned(),
         io::ErrorKind::PermissionDenied => "permission denied".to_owned(),
-        _ => error.to_string(),
+        _ => crate::wave::output::reason(error),
     }
 }
 
@@ -119,7 +153,7 @@ mod tests {
         );
         assert_eq!(
             read(&file("latin.json", b"{\n\"\xe9\"}")).unwrap_err(),
-            "cannot-read: cannot read `D/latin.json`: it is not UTF-8: byte 3 (line 2) is 0xe9; save it as UTF-8"
+            "cannot-read: cannot read `D/latin.json`: it is not UTF-8; save it as UTF-8"
         );
         assert!(read(&file("wide.json", b"\xff\xfe{\0")).unwrap_err().contains("UTF-16"));
         assert_eq!(
@@ -132,6 +166,24 @@ mod tests {
             read(&dir.path().join("sub")).unwrap_err(),
             "cannot-read: cannot read `D/sub`: it is a directory; name a file in it"
         );
+    }
+
+    #[test]
+    fn paths_are_shortened_where_that_leads_to_the_same_file() {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::create_dir_all(dir.path().join("a/b")).unwrap();
+        let short = |path: &str| normal(&dir.path().join(path)).strip_prefix(dir.path()).unwrap().display().to_string();
+        assert_eq!(short("a/../c.json"), "c.json");
+        assert_eq!(short("a/b/.././../c.json"), "c.json");
+        assert_eq!(short("no/../c.json"), "no/../c.json", "there is no such directory");
+        assert_eq!(normal(Path::new("../../x/./y.json")), Path::new("../../x/y.json"));
+        assert_eq!(normal(Path::new("/../x")), Path::new("/../x"));
+        assert_eq!(normal(Path::new(".")), Path::new("."));
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("a/b", dir.path().join("link")).unwrap();
+            assert_eq!(short("link/../c.json"), "link/../c.json", "this is a/c.json");
+        }
     }
 
     #[cfg(unix)]

@@ -9,13 +9,15 @@ use super::prepare::{Changes, is_scenario, prepare};
 use super::run::{limits, rendered};
 use super::{CliError, Out, Status};
 use crate::circuit::Loader;
+use crate::diag::Code;
 
 /// Runs the command.
 ///
 /// # Errors
-/// A file that cannot be read at all.
+/// A file that cannot be read at all; it is told with the others.
 pub fn run(args: &CheckArgs, out: &mut Out) -> Result<Status, CliError> {
     let mut errors = 0;
+    let mut unreadable = false;
     let mut files = Vec::new();
     for path in &args.circuit {
         let mut loader = Loader::new(limits(&args.elaboration.limit)?);
@@ -23,6 +25,8 @@ pub fn run(args: &CheckArgs, out: &mut Out) -> Result<Status, CliError> {
         loader.diagnostics.sort();
         let (bad, warnings) = (loader.diagnostics.errors(), loader.diagnostics.warnings());
         errors += bad;
+        // what names a file has a place; the path itself was typed
+        unreadable |= loader.diagnostics.iter().any(|d| d.code == Code::CannotRead && d.labels.is_empty());
         if args.format.format == Format::Json {
             files.push(json!({ "file": path.display().to_string(), "errors": bad, "warnings": warnings, "diagnostics": loader.diagnostics.to_json(&loader.sources) }));
             continue;
@@ -43,11 +47,12 @@ pub fn run(args: &CheckArgs, out: &mut Out) -> Result<Status, CliError> {
     if args.format.format == Format::Json {
         out.json(&files)?;
     }
-    Ok(Status::of(errors == 0))
+    out.flush()?;
+    if unreadable { Err(CliError::Told) } else { Ok(Status::of(errors == 0)) }
 }
 
 fn check(loader: &mut Loader, path: &Path, args: &CheckArgs) {
-    let changes = Changes { parameters: &args.elaboration.parameter, ..Changes::default() };
+    let changes = Changes { parameters: &args.elaboration.parameter, checking: true, ..Changes::default() };
     if is_scenario(loader, path) {
         prepare(loader, path, &changes);
         return;

@@ -16,6 +16,8 @@ pub enum CliError {
         /// What one can do about it.
         hint: Option<String>,
     },
+    /// Faults of the input that the user has been told.
+    Told,
     /// Faults of the input, rendered already.
     Input(String),
     /// A waveform that cannot be read.
@@ -72,7 +74,7 @@ impl CliError {
             CliError::Usage { hint, .. } => hint.clone(),
             CliError::Wave(error) => error.hint().map(str::to_owned),
             CliError::Output(error) => error.hint(),
-            CliError::Input(_) | CliError::Io { .. } | CliError::Stdout(_) => None,
+            CliError::Told | CliError::Input(_) | CliError::Io { .. } | CliError::Stdout(_) => None,
         }
     }
 
@@ -81,6 +83,7 @@ impl CliError {
         use std::io::Write;
         let mut to = anstream::stderr().lock();
         let _ = match self {
+            CliError::Told => Ok(()),
             CliError::Input(rendered) => write!(to, "{rendered}"),
             _ => {
                 let (bold, reset) = ("\x1b[1;31m", "\x1b[0m");
@@ -97,6 +100,7 @@ impl fmt::Display for CliError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             CliError::Usage { message, .. } => f.write_str(message),
+            CliError::Told => f.write_str("told already"),
             CliError::Input(rendered) => f.write_str(rendered.trim_end()),
             CliError::Wave(error) => error.fmt(f),
             CliError::Output(error) => error.fmt(f),

@@ -8,8 +8,8 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 
 use super::args::{Assignment, Condition};
-use crate::circuit::{Circuit, Expr, Loader, Name, ParameterValue, read_file};
-use crate::diag::{Code, Diagnostic, Span};
+use crate::circuit::{Circuit, Expr, Loader, Name, ParameterValue, normal, read_file, size};
+use crate::diag::{Code, Diagnostic, Severity, Span};
 use crate::json::{Recover, Spanned};
 use crate::scenario::{Limit, Scenario, ScenarioFile, Simulation, TimeText, Until, ValueText};
 
@@ -28,6 +28,8 @@ pub struct Changes<'a> {
     pub until: Option<&'a Condition>,
     /// Globs of nets to trace.
     pub trace: &'a [String],
+    /// Whether nothing will be run, so that a circuit without any scenario has no fault.
+    pub checking: bool,
 }
 
 /// A circuit with its scenario.
@@ -44,9 +46,10 @@ pub struct Prepared {
 /// Reads what `path` names. Every fault is among the loader's diagnostics; there may be some even if it succeeds.
 pub fn prepare(loader: &mut Loader, path: &Path, changes: &Changes<'_>) -> Option<Prepared> {
     let (circuit_path, file_parameters, own) = match scenario_file(loader, path)? {
-        Some((circuit, parameters, simulation)) => (circuit, parameters, simulation),
-        None => (path.to_path_buf(), Vec::new(), Simulation::default()),
+        Some((circuit, parameters, simulation)) => (circuit, parameters, Some(simulation)),
+        None => (path.to_path_buf(), Vec::new(), None),
     };
+    let before = loader.diagnostics.errors();
     let handle = loader.open(&circuit_path)?;
     let mut parameters = file_parameters;
     for Assignment { name, value } in changes.parameters {
@@ -55,12 +58,20 @@ pub fn prepare(loader: &mut Loader, path: &Path, changes: &Changes<'_>) -> Optio
         parameters.push(given);
     }
     let mut circuit = loader.elaborate(handle, &parameters)?;
-    let base = circuit.simulation.take().unwrap_or_default();
-    let simulation = changed(loader, &own.over(&base), changes);
-    // names cannot be resolved against a circuit that is not whole
-    if loader.diagnostics.has_errors() {
+    // names cannot be resolved against a circuit that is not whole, but they can if only its scenario is faulty
+    let within = |d: &&Diagnostic| {
+        d.severity() == Severity::Error
+            && matches!((circuit.simulation_span, d.place()), (Some(s), Some(p)) if s.to(p) == s && s.file == p.file)
+    };
+    let of_scenario = loader.diagnostics.iter().filter(within).count();
+    if loader.diagnostics.errors() > before + of_scenario {
         return None;
     }
+    if own.is_none() && circuit.simulation_span.is_none() && changes.checking {
+        return None;
+    }
+    let base = circuit.simulation.take().unwrap_or_default();
+    let simulation = changed(loader, &own.unwrap_or_default().over(&base), changes);
     let mut scenario = Scenario::resolve(&circuit, &simulation, &mut loader.diagnostics);
     if changes.until.is_none() && (changes.cycles.is_some() || changes.time.is_some()) {
         // who asks for so many cycles is content to get them
@@ -96,12 +107,15 @@ fn scenario_file(loader: &mut Loader, path: &Path) -> Option<Option<FromFile>> {
     }
     let scenario = ScenarioFile::parse(&loader.sources, file, &mut loader.diagnostics)?;
     let parameters = scenario.parameters.into_iter().filter_map(|(n, v)| Some((n, v.0?))).collect();
-    let circuit = path.parent().unwrap_or(Path::new("")).join(&*scenario.circuit.value);
-    if let Err(fault) = std::fs::metadata(&circuit) {
-        let message = format!("cannot read the circuit `{}`: {fault}", circuit.display());
-        loader
-            .diagnostics
-            .push(Diagnostic::new(Code::CannotRead, message).at(scenario.circuit.span, "relative to this file"));
+    let circuit = normal(&path.parent().unwrap_or(Path::new("")).join(&*scenario.circuit.value));
+    if let Err(fault) = size(&circuit) {
+        loader.diagnostics.push(fault.at(scenario.circuit.span, "the circuit, relative to this file"));
+        return None;
+    }
+    if is_scenario(loader, &circuit) {
+        let message = format!("`{}` is a scenario, not a circuit", circuit.display());
+        let fault = Diagnostic::new(Code::BadScenario, message).at(scenario.circuit.span, "it names a circuit itself");
+        loader.diagnostics.push(fault.help("name the circuit file itself"));
         return None;
     }
     Some(Some((circuit, parameters, scenario.simulation.and_then(|s| s.0).unwrap_or_default())))

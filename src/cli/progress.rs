@@ -55,11 +55,11 @@ fn draw(label: &str, unit: &str, total: Option<u64>, started: Instant) -> Progre
     let (bar, template) = match total {
         Some(total) => (
             ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr()),
-            format!("{{msg}} {{wide_bar}} {{percent}} % of {{human_len}} {unit}, {{per_sec}}, {{eta}} left"),
+            format!("{{msg}} {{wide_bar}} {{percent}} % of {{human_len}} {unit}, {{eta}} left"),
         ),
         None => (
             ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()),
-            format!("{{spinner}} {{msg}}: {{human_pos}} {unit}, {{per_sec}}, {{elapsed}}"),
+            format!("{{spinner}} {{msg}}: {{human_pos}} {unit}, {{elapsed}}"),
         ),
     };
     let style = ProgressStyle::with_template(&template).unwrap_or_else(|_| ProgressStyle::default_bar());
@@ -76,9 +76,7 @@ mod tests {
             let bar = draw("run", "cycles", total, Instant::now());
             assert_eq!((bar.message().as_str(), bar.length()), ("run", total));
         }
-        for template in
-            ["{msg} {wide_bar} {percent} % of {human_len} x, {per_sec}, {eta} left", "{spinner} {human_pos}"]
-        {
+        for template in ["{msg} {wide_bar} {percent} % of {human_len} x, {eta} left", "{spinner} {human_pos}"] {
             assert!(ProgressStyle::with_template(template).is_ok(), "{template}");
         }
     }

@@ -13,8 +13,9 @@ use crate::Value;
 use crate::circuit::{Limits, Loader};
 use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::engine::{EventEngine, Unsettled};
-use crate::netlist::{Netlist, SignalId};
-use crate::scenario::{Control, Found, Outcome, Rule, RunError, Scenario, Stop};
+use crate::netlist::{CellId, Driver, Netlist, SignalId};
+use crate::scenario::{Control, Found, Outcome, Rule, RunError, Stop};
+use crate::simulator::loop_nets;
 use crate::wave::Sink;
 use crate::wave::output::{Destination, Output};
 use crate::wave::vcd::VcdWriter;
@@ -33,31 +34,23 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
         time: args.time.as_deref(),
         until: args.until.as_ref(),
         trace: &args.trace,
+        checking: false,
     };
-    for file in &args.output {
-        if file.as_os_str() != "-" && file.extension().is_some_and(|e| e != "vcd") && !is_special(file) {
-            let kind = file.extension().unwrap_or_default().to_string_lossy().into_owned();
-            return Err(CliError::usage(format!(
-                "cannot write `{}`: waveforms are written as VCD, not as {kind}",
-                file.display()
-            ))
-            .with_hint("end the name in .vcd"));
-        }
-    }
+    let files = outputs(args)?;
     let prepared = prepare(&mut loader, &args.circuit, &changes);
     let prepared = faults(&mut loader, prepared)?;
-    let Prepared { circuit, scenario, .. } = &prepared;
 
     let mut sinks = Sinks(Vec::new());
-    for path in &args.output {
+    for path in &files {
         sinks.0.push(VcdWriter::new(Box::new(Output::create(path)?)));
     }
     let sink: Option<&mut dyn Sink> = if sinks.0.is_empty() { None } else { Some(&mut sinks) };
-    let outcome = simulate(&circuit.netlist, scenario, &args.engine, sink, "running")?;
+    let outcome = simulate(&prepared, &loader, &args.engine, sink, "running")?;
 
-    let report = Report { prepared: &prepared, loader: &loader, outcome: &outcome, files: &args.output };
+    let report = Report { prepared: &prepared, loader: &loader, outcome: &outcome, files: &files };
+    report.warnings(args.verbose);
     // a waveform on standard output has it to itself
-    if args.output.iter().any(|o| o.as_os_str() == "-") {
+    if files.iter().any(|o| o.as_os_str() == "-") {
         report.stderr();
     } else if args.format.format == Format::Json {
         out.json(&report.json())?;
@@ -66,6 +59,29 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
     }
     report.notes(args.engine.x_control);
     Ok(report.status())
+}
+
+/// Where waveforms go, each place once.
+fn outputs(args: &RunArgs) -> Result<Vec<PathBuf>, CliError> {
+    let mut files: Vec<PathBuf> = Vec::new();
+    let circuit = args.circuit.canonicalize().ok();
+    for file in &args.output {
+        if files.contains(file) {
+            continue;
+        }
+        let cannot = |why: &str| CliError::usage(format!("cannot write `{}`: {why}", file.display()));
+        if circuit.is_some() && file.canonicalize().ok() == circuit {
+            return Err(cannot("it is the circuit itself").with_hint("name another file, ending in .vcd"));
+        }
+        if file.as_os_str() != "-" && file.extension().is_some_and(|e| e != "vcd") && !is_special(file) {
+            let kind = file.extension().unwrap_or_default().to_string_lossy().into_owned();
+            return Err(
+                cannot(&format!("waveforms are written as VCD, not as {kind}")).with_hint("end the name in .vcd")
+            );
+        }
+        files.push(file.clone());
+    }
+    Ok(files)
 }
 
 /// Whether a path leads to what is no regular file.
@@ -123,12 +139,14 @@ impl Sink for Sinks {
 
 /// Runs a scenario on the engine that the options choose, with progress.
 pub(super) fn simulate(
-    netlist: &Netlist,
-    scenario: &Scenario,
+    prepared: &Prepared,
+    loader: &Loader,
     options: &EngineArgs,
     sink: Option<&mut dyn Sink>,
     label: &str,
 ) -> Result<Outcome, CliError> {
+    let Prepared { circuit, scenario, .. } = prepared;
+    let netlist = &circuit.netlist;
     let mut engine = EventEngine::new(netlist);
     let total = (scenario.limit != u64::MAX).then_some(scenario.limit);
     let mut progress = Progress::new(label, "ticks", total);
@@ -147,23 +165,42 @@ pub(super) fn simulate(
     let outcome = crate::scenario::run(netlist, scenario, &mut engine, sink, &mut control);
     progress.clear();
     outcome.map_err(|e| match e {
-        RunError::Unsettled(u) => CliError::Input(unsettled(netlist, &u)),
+        RunError::Unsettled(u) => {
+            let mut told = Diagnostics::new();
+            told.push(unsettled(prepared, &u));
+            CliError::Input(rendered(&told, loader))
+        }
         RunError::Wave(e) => e.into(),
     })
 }
 
-fn unsettled(netlist: &Netlist, u: &Unsettled) -> String {
+/// The loop of nets that keeps changing, with the places of the cells that drive them.
+fn unsettled(prepared: &Prepared, u: &Unsettled) -> Diagnostic {
     const SHOWN: usize = 16;
-    let mut names = crate::simulator::loop_names(netlist, u);
-    let more = names.len().saturating_sub(SHOWN);
-    names.truncate(SHOWN);
-    let path = names.join(if u.clocked { ", " } else { " → " });
-    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-    let around = if u.clocked { "these nets keep clocking each other" } else { "the loop" };
-    format!(
-        "error[unsettled]: at {} the circuit never settles\n  {around}: {path}{more}\n  help: break the loop by a flip-flop or a `delay`, or do not release its inputs at the same time\n",
-        time(netlist, u.time)
-    )
+    const PLACES: usize = 4;
+    let netlist = &prepared.circuit.netlist;
+    let nets = loop_nets(netlist, u);
+    let mut names: Vec<String> = nets.iter().take(SHOWN).map(|&n| netlist.net_name(n)).collect();
+    if nets.len() > SHOWN {
+        names.push(format!("({} more)", nets.len() - SHOWN));
+    } else if !u.clocked {
+        names.extend(names.first().cloned());
+    }
+    let time = time(netlist, u.time);
+    let d = Diagnostic::new(Code::Unsettled, format!("at {time} the circuit never settles"));
+    let d = match u.clocked {
+        false => d.note(format!("the loop is {}", names.join(" → "))),
+        true => d.note(format!("these nets keep clocking each other: {}", names.join(", "))),
+    };
+    let placed = nets.iter().filter_map(|&net| match netlist.net(net).driver {
+        Driver::Cell(cell, _) => Some((prepared.circuit.cell_place(cell)?, netlist.net_name(net))),
+        Driver::Input(_) => None,
+    });
+    let d = placed.take(PLACES).enumerate().fold(d, |d, (i, (place, name))| {
+        let text = format!("drives `{name}`");
+        if i == 0 { d.at(place, text) } else { d.also(place, text) }
+    });
+    d.help("break the loop by a flip-flop or a `delay`, or do not release its inputs at the same time")
 }
 
 /// A tick with its unit.
@@ -273,6 +310,15 @@ impl Report<'_> {
         eprint!("{}", self.text(false).replace("  wrote -\n", ""));
     }
 
+    /// What is doubtful in the circuit and its scenario, to standard error; of the circuit only if asked for.
+    fn warnings(&self, verbose: bool) {
+        use std::io::Write;
+        let mut told = Diagnostics::new();
+        told.extend(self.loader.diagnostics.iter().filter(|d| verbose || d.code == Code::NoMatch).cloned());
+        told.sort();
+        let _ = write!(anstream::stderr().lock(), "{}", rendered(&told, self.loader));
+    }
+
     /// Failed expectations and doubtful controls, to standard error.
     fn notes(&self, x_control: XControl) {
         use std::io::Write;
@@ -286,11 +332,12 @@ impl Report<'_> {
             for u in self.outcome.unknown_controls.iter().take(SHOWN) {
                 let _ = writeln!(
                     to,
-                    "{kind}[unknown-control]: at {} an unknown value reaches `{}` of `{}` by the net `{}`",
+                    "{kind}[unknown-control]: at {} an unknown value reaches `{}` of `{}` by the net `{}`{}",
                     time(netlist, u.time),
                     u.pin,
                     netlist.cell_path(u.cell),
-                    netlist.net_name(u.net)
+                    netlist.net_name(u.net),
+                    self.place(u.cell),
                 );
             }
             let more = self.outcome.unknown_controls.len().saturating_sub(SHOWN);
@@ -302,6 +349,15 @@ impl Report<'_> {
             let held = if self.files.is_empty() { "" } else { "; the waveform holds everything up to there" };
             let _ = writeln!(to, "interrupted at {}{held}", time(&self.prepared.circuit.netlist, self.outcome.time));
         }
+    }
+
+    /// Where a cell stands, in brackets.
+    fn place(&self, cell: CellId) -> String {
+        let place = self.prepared.circuit.cell_place(cell);
+        place.map_or_else(String::new, |span| {
+            let (line, column) = self.loader.sources.line_col(span);
+            format!(" ({}:{line}:{column})", self.loader.sources.name(span.file))
+        })
     }
 
     /// Failed expectations with their places.
@@ -326,12 +382,13 @@ impl Report<'_> {
                         "expected here",
                     )
                 }
-                (Rule::Pulses(expected), Found::Pulses(found)) => {
-                    (format!("`{name}` has {found} pulses, not {expected}"), "expected here")
-                }
+                (Rule::Pulses(expected), Found::Pulses(found)) => (
+                    format!("`{name}` had {found} pulse{}, not {expected}", if *found == 1 { "" } else { "s" }),
+                    "expected here",
+                ),
                 (Rule::Value(Some(t), _), _) => (
                     format!(
-                        "the run ended at {}, before `{name}` could be looked at, {}",
+                        "the run ended at {}, but `{name}` was to be looked at at {}",
                         time(netlist, self.outcome.time),
                         time(netlist, *t)
                     ),

@@ -119,17 +119,13 @@ fn one(path: &Path, args: &TestArgs) -> Result<Verdict, CliError> {
     };
     let mut waveform = Vec::new();
     let mut sink = VcdWriter::new(&mut waveform);
-    let outcome = match simulate(
-        &prepared.circuit.netlist,
-        &prepared.scenario,
-        &args.engine,
-        Some(&mut sink as &mut dyn Sink),
-        &path.display().to_string(),
-    ) {
-        Ok(outcome) => outcome,
-        Err(CliError::Input(text)) => return Ok(Verdict::Broken(text)),
-        Err(e) => return Err(e),
-    };
+    let outcome =
+        match simulate(&prepared, &loader, &args.engine, Some(&mut sink as &mut dyn Sink), &path.display().to_string())
+        {
+            Ok(outcome) => outcome,
+            Err(CliError::Input(text)) => return Ok(Verdict::Broken(text)),
+            Err(e) => return Err(e),
+        };
     drop(sink);
     let report = Report { prepared: &prepared, loader: &loader, outcome: &outcome, files: &[] };
     if report.status() == Status::Failed {

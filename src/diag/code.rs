@@ -132,6 +132,8 @@ codes! {
         "A pattern for nets cannot be read.";
     Error BadScenario "bad-scenario":
         "A scenario contradicts itself, such as a clock with both `high` and `duty`.";
+    Error Unsettled "unsettled":
+        "A circuit keeps changing within one tick, so that it has no next state.";
     Error Expectation "expectation":
         "A run did not do what its scenario expects.";
     Warning NoMatch "no-match":

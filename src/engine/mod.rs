@@ -64,7 +64,8 @@ pub trait Engine: fmt::Debug {
     fn settle(&mut self) -> Result<(), Unsettled>;
 
     /// Makes the first wave of each instant up to tick `until`, stopping early after one in which an observed net
-    /// changed. Afterwards [`now`](Engine::now) is `until` or that instant. Returns whether it stopped for a change.
+    /// changed or an unknown value reached a control. Afterwards [`now`](Engine::now) is `until` or that instant. Returns
+    /// whether it stopped early.
     ///
     /// # Errors
     /// If something never stops changing.

@@ -71,7 +71,8 @@ fn scan(text: &str, file: FileId) -> Result<Scan, Diagnostic> {
                         Code::TooLarge,
                         format!("the JSON is nested more than {MAX_NESTING} deep"),
                     )
-                    .at(place(at), "one too deep"));
+                    .at(place(at), "one too deep")
+                    .help("no circuit needs that: is a bracket missing before?"));
                 }
                 open.push(at);
             }
@@ -156,7 +157,12 @@ fn explain(error: &ParseError, text: &str, file: FileId, open: Option<usize>) ->
         K::HexadecimalNumbersNotAllowed => fault("JSON numbers are decimal")
             .at(here, "here")
             .help("where a value is expected, a string may hold `8'hff`"),
-        K::UnexpectedWord | K::UnexpectedToken => fault("expected a value").at(here, "this is none"),
+        K::UnexpectedWord | K::UnexpectedToken if text[..start].trim_start().is_empty() => {
+            fault("the file is not JSON").at(here, "expected `{`").help("a file holds one JSON object, `{ … }`")
+        }
+        K::UnexpectedWord | K::UnexpectedToken => fault("expected a value")
+            .at(here, "this is none")
+            .help("a value is a number, a \"text\", `true`, `false`, an object or an array"),
         K::MultipleRootJsonValues => fault("expected the end of the file").at(here, "something follows"),
         kind => fault(&lower_first(&kind.to_string())).at(here, "here"),
     }

@@ -7,11 +7,10 @@ use std::collections::{HashMap, HashSet};
 
 use super::bus::{Bus, Part};
 use super::join::{Join, NONE};
-use super::{
-    Cell, CellId, Direction, Driver, Fault, NetId, Netlist, Scope, ScopeId, Signal, SignalId, Slice, Timescale,
-};
+use super::{Cell, CellId, Direction, Driver, Fault, NetId, Netlist, Scope, ScopeId, Signal, SignalId, Slice};
 use crate::Value;
 use crate::cell::{AddOp, CellKind, Edge, Flop, GateOp};
+use crate::timescale::Timescale;
 
 struct Named {
     signal: Signal,
@@ -45,6 +44,8 @@ pub struct Builder {
     bits: u32,
     scopes: Vec<Scope>,
     signals: Vec<Named>,
+    /// The first bit of each signal that is no alias, in increasing order.
+    owners: Vec<(u32, SignalId)>,
     cells: Vec<Draft>,
     constants: HashMap<Value, Bus>,
 }
@@ -58,6 +59,7 @@ impl Builder {
             bits: 0,
             scopes: vec![Scope { name: top.into(), parent: None }],
             signals: Vec::new(),
+            owners: Vec::new(),
             cells: Vec::new(),
             constants: HashMap::new(),
         }
@@ -109,7 +111,27 @@ impl Builder {
     ) -> (SignalId, Bus) {
         let bus = self.fresh(width);
         let id = self.push_signal(scope, name, bus.clone(), signed, port, true);
+        self.owners.extend(bus.parts.first().map(|p| (p.bit, id)));
         (id, bus)
+    }
+
+    /// The signals that some bits were declared as.
+    #[must_use]
+    pub fn owners(&self, bus: &Bus) -> Vec<SignalId> {
+        let mut found = Vec::new();
+        for part in &bus.parts {
+            let first = self.owners.partition_point(|o| o.0 <= part.bit).saturating_sub(1);
+            for &(bit, signal) in
+                self.owners[first.min(self.owners.len())..].iter().take_while(|o| o.0 < part.bit + part.width)
+            {
+                // bits between two signals are those of a constant
+                let width = self.signals[signal.index()].signal.width;
+                if bit + width > part.bit && found.last() != Some(&signal) {
+                    found.push(signal);
+                }
+            }
+        }
+        found
     }
 
     /// Another name for bits that are declared elsewhere.

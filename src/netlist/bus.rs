@@ -78,6 +78,12 @@ impl Bus {
         all
     }
 
+    /// How many runs of adjacent bits it is made of.
+    #[must_use]
+    pub fn pieces(&self) -> usize {
+        self.parts.len()
+    }
+
     pub(super) fn bits(&self) -> impl Iterator<Item = u32> + '_ {
         self.parts.iter().flat_map(|p| p.bit..p.bit + p.width)
     }

@@ -5,7 +5,7 @@
 use super::{CellId, Netlist, Slice};
 use crate::cell::{CellKind, evaluate};
 use crate::value::Word;
-use crate::value::word::{extract, insert, mask, word_mask, words};
+use crate::value::word::{copy, mask, word_mask, words};
 
 /// For each net the bits that are constant, the others x.
 #[derive(Clone, Debug)]
@@ -85,13 +85,8 @@ impl Constants {
             }
             let mut at = 0;
             for s in slices {
-                for done in (0..s.width).step_by(64) {
-                    let n = (s.width - done).min(64);
-                    let mut w = [Word::ZERO];
-                    extract(&mut w, self.net(s.net), s.lo + done, n);
-                    insert(&mut ins[pin], at, &w, n);
-                    at += n;
-                }
+                copy(&mut ins[pin], at, self.net(s.net), s.lo, s.width);
+                at += s.width;
             }
         }
         let count = kind.outputs().len();

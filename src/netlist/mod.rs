@@ -12,7 +12,7 @@ mod join;
 mod order;
 
 use crate::cell::CellKind;
-pub use crate::scenario::Timescale;
+use crate::timescale::Timescale;
 
 pub use builder::Builder;
 pub use bus::Bus;

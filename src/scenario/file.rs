@@ -182,8 +182,10 @@ impl ValueText {
     /// # Errors
     /// If the text is not a value, or does not fit.
     pub fn value(&self, width: u32) -> Result<Value, Diagnostic> {
-        Value::for_width(&self.text, width)
-            .map_err(|e| Diagnostic::new(Code::BadValue, e.to_string()).at(self.span, format!("for {width} bits")))
+        Value::for_width(&self.text, width).map_err(|e| {
+            Diagnostic::new(Code::BadValue, e.to_string())
+                .at(self.span, format!("for {width} bit{}", if width == 1 { "" } else { "s" }))
+        })
     }
 }
 
@@ -270,8 +272,8 @@ impl Simulation {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Timescale;
     use super::*;
+    use crate::timescale::Timescale;
 
     fn read(text: &str) -> (Option<ScenarioFile>, Vec<String>) {
         let mut sources = Sources::new();

@@ -1,6 +1,6 @@
 //! Scenarios: what happens to a circuit: clocks, stimulus, when to stop, what to record, what must hold.
 //!
-//! [`file`] is what an author writes, [`Scenario`] the same with its names resolved, [`run`](run()) runs it on any engine
+//! [`mod@file`] is what an author writes, [`Scenario`] the same with its names resolved, [`run`](run()) runs it on any engine
 //! into any waveform. This room does not know how an engine works inside.
 
 pub mod file;
@@ -11,4 +11,4 @@ pub mod time;
 pub use file::{Clock, Edge, EdgeOf, Expect, Limit, ScenarioFile, Simulation, Stimulus, Until, ValueText};
 pub use resolve::{DEFAULT_CYCLES, DrivenClock, Event, Expectation, Rule, Scenario};
 pub use run::{Control, Failure, Found, Outcome, RunError, Stop, run};
-pub use time::{Percent, TimeText, Timescale, Unit};
+pub use time::{Percent, TimeText};

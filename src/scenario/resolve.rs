@@ -68,6 +68,8 @@ pub struct Scenario {
     pub until: Option<(SignalId, Value)>,
     /// The last tick.
     pub limit: u64,
+    /// Whether the last tick was asked for, rather than being the default.
+    pub limit_given: bool,
     /// Whether it is a failure to get to the last tick.
     pub limit_fails: bool,
     /// The signals that a waveform holds, in the order of the netlist.
@@ -81,6 +83,9 @@ impl Simulation {
     #[must_use]
     pub fn over(&self, base: &Simulation) -> Simulation {
         let mut merged = base.clone();
+        // what was a clock may be held, and the other way round
+        merged.clocks.retain(|name, _| !self.inputs.contains_key(name));
+        merged.inputs.retain(|name, _| !self.clocks.contains_key(name));
         merged.clocks.extend(self.clocks.clone());
         merged.inputs.extend(self.inputs.clone());
         let Simulation { stimulus, until, limit, trace, expect, .. } = self.clone();
@@ -97,6 +102,7 @@ impl Scenario {
     /// Resolves a scenario against a circuit; every fault goes into `diagnostics`. What is faulty is left out.
     #[must_use]
     pub fn resolve(circuit: &Circuit, simulation: &Simulation, diagnostics: &mut Diagnostics) -> Scenario {
+        let before = diagnostics.errors();
         let mut r = Resolver { circuit, netlist: &circuit.netlist, diagnostics };
         let mut scenario = Scenario::default();
         for (name, clock) in &simulation.clocks {
@@ -132,13 +138,19 @@ impl Scenario {
             scenario.until = r.until(until);
         }
         let limit = simulation.limit.as_ref().and_then(Recover::as_ref);
-        scenario.limit = r.limit(limit, scenario.clocks.first().map(|c| c.clock));
+        scenario.limit = r.limit(limit, scenario.clocks.first().map(|c| c.clock), !simulation.clocks.is_empty());
+        scenario.limit_given = limit.is_some();
         scenario.limit_fails = scenario.until.is_some();
         scenario.trace = r.trace(simulation.trace.as_deref());
         for expect in simulation.expect.iter().flatten().filter_map(Recover::as_ref) {
             scenario.expect.extend(r.expect(expect));
         }
-        r.undriven_clocks(&scenario);
+        // what is faulty may be what drives them
+        let whole = simulation.clocks.values().all(|c| c.as_ref().is_some())
+            && simulation.stimulus.iter().flatten().all(|s| s.as_ref().is_some());
+        if whole && r.diagnostics.errors() == before {
+            r.undriven_clocks(&scenario);
+        }
         scenario
     }
 }
@@ -197,7 +209,11 @@ impl Resolver<'_> {
         if period < 2 {
             self.diagnostics.push(
                 fault(
-                    format!("the clock `{}` has a period of {period} ticks; it needs two or more", name.value),
+                    format!(
+                        "the clock `{}` has a period of {period} tick{}; it needs two or more",
+                        name.value,
+                        if period == 1 { "" } else { "s" }
+                    ),
                     clock.period.span(),
                 )
                 .help("choose a finer `timescale`"),
@@ -279,20 +295,17 @@ impl Resolver<'_> {
         Some((signal, value))
     }
 
-    /// The last tick.
-    fn limit(&mut self, limit: Option<&Limit>, clock: Option<crate::cell::Clock>) -> u64 {
+    /// The last tick. `clock` is the first clock, if it has no fault; `clocked` whether the scenario has one.
+    fn limit(&mut self, limit: Option<&Limit>, clock: Option<crate::cell::Clock>, clocked: bool) -> u64 {
         let own = self.netlist.cells().iter().find_map(|c| match c.kind {
             CellKind::Clock(clock) => Some(clock),
             _ => None,
         });
         let clock = clock.or(own);
-        // n cycles end with the n-th falling edge
-        let end = |n: u64, c: crate::cell::Clock| {
-            n.saturating_sub(1).saturating_mul(c.period).saturating_add(c.phase).saturating_add(if n == 0 {
-                0
-            } else {
-                c.high
-            })
+        // n cycles end with the n-th falling edge, none before the first rising one
+        let end = |n: u64, c: crate::cell::Clock| match n.checked_sub(1) {
+            Some(before) => before.saturating_mul(c.period).saturating_add(c.phase).saturating_add(c.high),
+            None => c.phase.saturating_sub(1),
         };
         let mut last = None;
         if let Some(time) = limit.and_then(|l| l.time.as_ref()) {
@@ -306,6 +319,8 @@ impl Resolver<'_> {
                 (Err(_), _) => self.diagnostics.push(
                     Diagnostic::new(Code::BadScenario, format!("a run cannot take {n} cycles")).at(cycles.span(), ""),
                 ),
+                // its fault is told
+                (_, None) if clocked => {}
                 (_, None) => self.diagnostics.push(
                     Diagnostic::new(Code::BadScenario, "there is no clock whose cycles could be counted")
                         .at(cycles.span(), "")
@@ -401,7 +416,7 @@ impl Resolver<'_> {
                         );
                         let fault = fault.at(self.circuit.place(input), "an input that the scenario leaves alone");
                         self.diagnostics
-                            .push(fault.help(format!("add it to `clocks`: \"{name}\": {{ \"period\": 20 }}")));
+                            .push(fault.help(format!("add it to the scenario: \"simulation\": {{ \"clocks\": {{ \"{name}\": {{ \"period\": 20 }} }} }}")));
                         break;
                     }
                     _ => break,

@@ -102,7 +102,6 @@ const STRIDE: u64 = 1 << 16;
 /// A signal whose pulses are counted.
 struct Count {
     signal: SignalId,
-    high: bool,
     /// Whether bit 0 was 0 when last seen.
     low: bool,
     pulses: u64,
@@ -117,6 +116,8 @@ struct Watch<'n> {
     members: Vec<u32>,
     counts: Vec<Count>,
     buffer: Vec<Word>,
+    /// Nothing has been recorded yet.
+    first: bool,
 }
 
 impl<'n> Watch<'n> {
@@ -140,7 +141,7 @@ impl<'n> Watch<'n> {
         let mut counts: Vec<Count> = Vec::new();
         for e in &scenario.expect {
             if matches!(e.rule, Rule::Pulses(_)) && !counts.iter().any(|c| c.signal == e.signal) {
-                counts.push(Count { signal: e.signal, high: false, low: false, pulses: 0 });
+                counts.push(Count { signal: e.signal, low: false, pulses: 0 });
             }
         }
         let watched =
@@ -149,7 +150,7 @@ impl<'n> Watch<'n> {
             netlist.bits(signal).iter().for_each(|s| engine.observe(s.net));
         }
         let widest = netlist.signals().iter().map(|s| words(s.width)).max().unwrap_or(1);
-        Watch { netlist, traced, start, members, counts, buffer: vec![Word::ZERO; widest] }
+        Watch { netlist, traced, start, members, counts, buffer: vec![Word::ZERO; widest], first: true }
     }
 
     fn read(&mut self, engine: &dyn Engine, signal: SignalId) -> &[Word] {
@@ -163,14 +164,20 @@ impl<'n> Watch<'n> {
         Value::from_words(self.read(engine, signal), width)
     }
 
-    /// Records the changes since the last time.
+    /// Records the changes since the last time; at first everything, since what has a value from the start never changes
+    /// to it.
     fn record(&mut self, engine: &mut dyn Engine, sink: &mut Option<&mut dyn Sink>) -> io::Result<()> {
-        if engine.changes().is_empty() {
+        let first = std::mem::replace(&mut self.first, false);
+        if engine.changes().is_empty() && !first {
             return Ok(());
         }
         if let Some(sink) = sink {
             sink.time(engine.now())?;
-            for k in 0..engine.changes().len() {
+            for var in 0..if first { self.traced.len() } else { 0 } {
+                let signal = self.traced[var];
+                sink.change(var, self.read(engine, signal));
+            }
+            for k in 0..if first { 0 } else { engine.changes().len() } {
                 let net = engine.changes()[k].index();
                 for at in self.start[net]..self.start[net + 1] {
                     let var = self.members[at as usize] as usize;
@@ -180,12 +187,11 @@ impl<'n> Watch<'n> {
             }
         }
         for i in 0..self.counts.len() {
-            let first = self.read(engine, self.counts[i].signal)[0];
+            let bit = self.read(engine, self.counts[i].signal)[0];
             let count = &mut self.counts[i];
-            count.high = first.is_one();
-            count.pulses += u64::from(count.low && count.high);
             // a pulse is from a known 0 to a known 1
-            count.low = first.is_zero();
+            count.pulses += u64::from(count.low && bit.is_one());
+            count.low = bit.is_zero();
         }
         engine.clear_changes();
         Ok(())
@@ -311,6 +317,10 @@ fn instants(
             return Ok(Stop::Limit);
         }
         if engine.next_event().is_none() && stimulus.peek().is_none() && checks.peek().is_none() {
+            if scenario.limit_given && scenario.until.is_none() {
+                engine.advance(scenario.limit)?;
+                return Ok(Stop::Limit);
+            }
             return Ok(Stop::Idle);
         }
         if control.interrupt.load(Ordering::Relaxed) {
@@ -328,13 +338,7 @@ fn drive(engine: &mut dyn Engine, net: crate::netlist::NetId, value: &Value) {
 
 /// The waveform's scopes and variables: one variable for each traced signal, in the same order.
 fn layout(netlist: &Netlist, traced: &[SignalId]) -> Layout {
-    let timescale = netlist.timescale();
-    let unit = crate::wave::TimeUnit::ALL
-        .into_iter()
-        .find(|u| u.name() == timescale.unit().as_str())
-        .unwrap_or(crate::wave::TimeUnit::Ns);
-    let timescale = crate::wave::Timescale { count: timescale.count(), unit };
-    let mut layout = Layout { timescale, ..Layout::default() };
+    let mut layout = Layout { timescale: netlist.timescale(), ..Layout::default() };
     let mut used = vec![false; netlist.scopes().len()];
     used[0] = true;
     for &signal in traced {
@@ -360,3 +364,7 @@ fn layout(netlist: &Netlist, traced: &[SignalId]) -> Layout {
     }
     layout
 }
+
+#[cfg(test)]
+#[path = "run_tests.rs"]
+mod tests;

@@ -23,6 +23,11 @@ fn err<T>(reason: impl Into<String>) -> Result<T, LiteralError> {
     Err(LiteralError { reason: reason.into() })
 }
 
+/// The plural ending.
+fn s(n: u32) -> &'static str {
+    if n == 1 { "" } else { "s" }
+}
+
 /// The widest literal that is read.
 const MAX_WIDTH: u32 = 1 << 20;
 
@@ -43,7 +48,7 @@ impl Value {
         if text.contains('\'') {
             let value: Value = text.parse()?;
             if value.width() != width {
-                return err(format!("'{text}' is {} bits wide, the net {width}", value.width()));
+                return err(format!("'{text}' is {} bit{} wide, not {width}", value.width(), s(value.width())));
             }
             return Ok(value);
         }
@@ -72,12 +77,21 @@ impl Value {
         let value = if negative {
             let fits = n == 0 || width > 64 || (width > 0 && n <= 1 << (width - 1));
             if !fits || n > 1 << 63 {
-                return err(format!("{text} does not fit {width} bits in two's complement"));
+                let range = if (1..=64).contains(&width) {
+                    format!(" (at least {})", -1i128 << (width - 1))
+                } else {
+                    String::new()
+                };
+                return err(format!("{text} does not fit {width} bit{} in two's complement{range}", s(width)));
             }
             Value::from_i64((n as i64).wrapping_neg(), width)
         } else {
             if width < 64 && n >> width != 0 {
-                return err(format!("{text} does not fit {width} bits (at most {})", super::word::mask(width)));
+                return err(format!(
+                    "{text} does not fit {width} bit{} (at most {})",
+                    s(width),
+                    super::word::mask(width)
+                ));
             }
             Value::from_u64(n, width)
         };
@@ -134,7 +148,7 @@ impl FromStr for Value {
                 if at < width {
                     value.set_bit(at, bit);
                 } else if bit == Logic::One || bits_per_digit == 1 {
-                    return err(format!("'{text}' has more than {width} bits"));
+                    return err(format!("'{text}' has more than {width} bit{}", s(width)));
                 }
                 at += 1;
             }

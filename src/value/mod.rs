@@ -1,6 +1,6 @@
 //! Four-valued bit vectors: `0`, `1`, `x`, `z`, of any width.
 //!
-//! [`Value`] is what crosses the API: backed by [`bitvec`], written and read as Verilog literals. [`word`] is the
+//! [`Value`] is what crosses the API: backed by [`mod@bitvec`], written and read as Verilog literals. [`word`] is the
 //! same meaning in machine words, which is what the engines compute with. This room knows of nothing else.
 
 mod literal;

@@ -214,6 +214,17 @@ pub fn insert(to: &mut [Word], lo: u32, from: &[Word], width: u32) {
     }
 }
 
+/// Copies `width` bits from bit `lo` of `from` to bit `at` of `to`, leaving its other bits.
+#[inline]
+pub fn copy(to: &mut [Word], at: u32, from: &[Word], lo: u32, width: u32) {
+    for done in (0..width).step_by(64) {
+        let n = (width - done).min(64);
+        let mut w = [Word::ZERO];
+        extract(&mut w, from, lo + done, n);
+        insert(to, at + done, &w, n);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -254,5 +265,11 @@ mod tests {
         let mut back = [Word::ZERO; 2];
         insert(&mut back, 60, &out, 8);
         assert_eq!(back, [Word { v: 0xf << 60, u: 1 << 63 }, Word { v: 5, u: 2 }]);
+        let mut whole = [Word::ZERO; 3];
+        copy(&mut whole, 3, &from, 0, 128);
+        assert_eq!(whole[1], Word { v: 5 << 3 | 0b111, u: 2 << 3 | 0b100 });
+        let mut again = [Word::ZERO; 2];
+        copy(&mut again, 0, &whole, 3, 128);
+        assert_eq!(again, from);
     }
 }

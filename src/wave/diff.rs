@@ -10,8 +10,8 @@ use std::iter::Peekable;
 use serde::Serialize;
 use wellen::{Signal, SignalRef, SignalValueRef};
 
-use super::Timescale;
 use super::read::{self, ReadError, ValueKind, Waves};
+use crate::timescale::Timescale;
 
 /// How many pairs of variables are in memory together.
 const BATCH: usize = 64;

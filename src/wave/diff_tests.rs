@@ -1,9 +1,10 @@
 use std::path::Path;
 
 use super::*;
+use crate::timescale::Unit;
 use crate::value::{Value, Word};
 use crate::wave::vcd::VcdWriter;
-use crate::wave::{Layout, Sink, TimeUnit};
+use crate::wave::{Layout, Sink};
 
 const ICARUS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/waves/counter.vcd");
 const FST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/waves/counter.fst");
@@ -132,7 +133,7 @@ fn timescales_are_brought_to_the_finer_one() {
     let b = vcd("100ps", "#0\n0!\n#500\n1!\n#900\n");
     assert!(compare(&a, &b).same);
     let difference = compare(&a, &vcd("100ps", "#0\n0!\n#501\n1!\n#900\n"));
-    assert_eq!(difference.timescale, Some(Timescale { count: 100, unit: TimeUnit::Ps }));
+    assert_eq!(difference.timescale, Timescale::new(100, Unit::Ps));
     assert_eq!(difference.first, Some(500));
     assert!(difference.to_string().contains("First difference at 50000 ps: top.clk"), "{difference}");
     let late = vcd("1 s", &format!("#0\n0!\n#{}\n", u64::MAX / 2));

@@ -5,117 +5,7 @@
 use std::collections::HashSet;
 use std::fmt;
 
-use serde::Serialize;
-
-/// A unit of time.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, PartialOrd, Ord, Serialize)]
-pub enum TimeUnit {
-    /// Femtosecond, 10⁻¹⁵ s.
-    #[serde(rename = "fs")]
-    Fs,
-    /// Picosecond, 10⁻¹² s.
-    #[serde(rename = "ps")]
-    Ps,
-    /// Nanosecond, 10⁻⁹ s.
-    #[serde(rename = "ns")]
-    Ns,
-    /// Microsecond, 10⁻⁶ s.
-    #[serde(rename = "us")]
-    Us,
-    /// Millisecond, 10⁻³ s.
-    #[serde(rename = "ms")]
-    Ms,
-    /// Second.
-    #[serde(rename = "s")]
-    S,
-}
-
-impl TimeUnit {
-    /// All units, the shortest first.
-    pub const ALL: [TimeUnit; 6] = [TimeUnit::Fs, TimeUnit::Ps, TimeUnit::Ns, TimeUnit::Us, TimeUnit::Ms, TimeUnit::S];
-
-    /// The power of ten of a second: -15 to 0.
-    #[must_use]
-    pub const fn exponent(self) -> i32 {
-        match self {
-            TimeUnit::Fs => -15,
-            TimeUnit::Ps => -12,
-            TimeUnit::Ns => -9,
-            TimeUnit::Us => -6,
-            TimeUnit::Ms => -3,
-            TimeUnit::S => 0,
-        }
-    }
-
-    /// How it is written: `fs` to `s`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            TimeUnit::Fs => "fs",
-            TimeUnit::Ps => "ps",
-            TimeUnit::Ns => "ns",
-            TimeUnit::Us => "us",
-            TimeUnit::Ms => "ms",
-            TimeUnit::S => "s",
-        }
-    }
-}
-
-impl fmt::Display for TimeUnit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-/// How long one tick is: 1, 10 or 100 units.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Serialize)]
-pub struct Timescale {
-    /// 1, 10 or 100.
-    pub count: u32,
-    /// Of what.
-    pub unit: TimeUnit,
-}
-
-impl Timescale {
-    /// One nanosecond, the default of a circuit file.
-    pub const NS: Timescale = Timescale { count: 1, unit: TimeUnit::Ns };
-
-    /// A tick as a power of ten of a second, -15 to 2; none if the count is not 1, 10 or 100.
-    #[must_use]
-    pub const fn exponent(self) -> Option<i32> {
-        match self.count {
-            1 => Some(self.unit.exponent()),
-            10 => Some(self.unit.exponent() + 1),
-            100 => Some(self.unit.exponent() + 2),
-            _ => None,
-        }
-    }
-
-    /// The timescale whose tick is that power of ten of a second.
-    #[must_use]
-    pub fn from_exponent(exponent: i32) -> Option<Timescale> {
-        let unit = TimeUnit::ALL.into_iter().rfind(|unit| unit.exponent() <= exponent)?;
-        let count = 10_u32.checked_pow(exponent.abs_diff(unit.exponent()))?;
-        (count <= 100).then_some(Timescale { count, unit })
-    }
-
-    /// A time in ticks with its unit, e.g. `1250 ns`.
-    ///
-    /// ```
-    /// use discreta::wave::{TimeUnit, Timescale};
-    /// assert_eq!(Timescale { count: 10, unit: TimeUnit::Ps }.time(125), "1250 ps");
-    /// ```
-    #[must_use]
-    pub fn time(self, ticks: u64) -> String {
-        format!("{} {}", u128::from(ticks) * u128::from(self.count), self.unit)
-    }
-}
-
-impl fmt::Display for Timescale {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", self.count, self.unit)
-    }
-}
+use crate::timescale::Timescale;
 
 /// What a scope stands for; viewers give each its own icon.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default)]
@@ -176,7 +66,7 @@ pub struct VarDecl {
 /// layout.alias(adder, "y", sum);
 /// assert!(layout.check().is_ok());
 /// ```
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Layout {
     /// How long one tick is.
     pub timescale: Timescale,
@@ -184,12 +74,6 @@ pub struct Layout {
     pub scopes: Vec<ScopeDecl>,
     /// The variables, in the order in which a viewer lists those of one scope.
     pub vars: Vec<VarDecl>,
-}
-
-impl Default for Layout {
-    fn default() -> Layout {
-        Layout { timescale: Timescale::NS, scopes: Vec::new(), vars: Vec::new() }
-    }
 }
 
 impl Layout {
@@ -248,9 +132,6 @@ impl Layout {
     /// # Errors
     /// The first fault.
     pub fn check(&self) -> Result<(), LayoutError> {
-        if self.timescale.exponent().is_none() {
-            return Err(LayoutError::Timescale { count: self.timescale.count });
-        }
         let mut seen = HashSet::new();
         for (i, scope) in self.scopes.iter().enumerate() {
             if scope.parent.is_some_and(|parent| parent >= i) {
@@ -335,11 +216,6 @@ pub enum LayoutError {
         /// The scope or variable that has it.
         index: usize,
     },
-    /// A timescale that is not 1, 10 or 100 of a unit.
-    Timescale {
-        /// What it is instead.
-        count: u32,
-    },
 }
 
 impl fmt::Display for LayoutError {
@@ -354,7 +230,6 @@ impl fmt::Display for LayoutError {
                 write!(f, "`{name}` is {width} bits wide; a waveform holds 1 to {}", Layout::MAX_WIDTH)
             }
             LayoutError::Index { what, index } => write!(f, "{what} (number {index}) leads nowhere"),
-            LayoutError::Timescale { count } => write!(f, "a tick is 1, 10 or 100 of a unit, not {count}"),
         }
     }
 }
@@ -370,16 +245,6 @@ mod tests {
         let top = layout.scope("top", None);
         layout.var(top, name, 1);
         layout
-    }
-
-    #[test]
-    fn exponents_and_timescales_agree() {
-        for exponent in -15..=2 {
-            assert_eq!(Timescale::from_exponent(exponent).unwrap().exponent(), Some(exponent));
-        }
-        assert_eq!(Timescale::from_exponent(-16), None);
-        assert_eq!(Timescale::from_exponent(3), None);
-        assert_eq!(Timescale::from_exponent(-7), Some(Timescale { count: 100, unit: TimeUnit::Ns }));
     }
 
     #[test]
@@ -425,8 +290,7 @@ mod tests {
         layout.vars[0].scope = 1;
         assert!(matches!(layout.check(), Err(LayoutError::Index { .. })));
         layout.vars[0].scope = 0;
-        layout.timescale.count = 5;
-        assert_eq!(layout.check(), Err(LayoutError::Timescale { count: 5 }));
+        assert_eq!(layout.check(), Ok(()));
     }
 
     #[test]

@@ -15,7 +15,7 @@ pub mod vcd;
 use std::io;
 
 use crate::value::Word;
-pub use layout::{Layout, LayoutError, ScopeDecl, ScopeKind, TimeUnit, Timescale, VarDecl, VarKind};
+pub use layout::{Layout, LayoutError, ScopeDecl, ScopeKind, VarDecl, VarKind};
 
 /// What takes a waveform: [`begin`](Sink::begin) once, then times and the changes at each, then
 /// [`finish`](Sink::finish) once.

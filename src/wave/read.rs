@@ -15,7 +15,8 @@ use std::sync::Once;
 use wellen::{FileFormat, Hierarchy, ItemRef, LoadOptions, SignalEncoding, SignalRef, SignalSource, viewers};
 use wellen::{Signal, SignalValueRef, States, Var};
 
-use super::{Layout, Timescale, precheck};
+use super::{Layout, precheck};
+use crate::timescale::Timescale;
 
 /// Scopes inside one another.
 const MAX_DEPTH: usize = 10_000;

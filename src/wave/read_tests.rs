@@ -38,7 +38,7 @@ fn text(changes: &[(u64, &str)]) -> Changes {
 fn what_icarus_wrote() {
     for file in [ICARUS, FST] {
         let waves = Waves::open(Path::new(file)).unwrap();
-        assert_eq!(waves.timescale(), Some(Timescale::NS));
+        assert_eq!(waves.timescale(), Some(Timescale::default()));
         assert_eq!(waves.end(), 112, "{file}");
         let names: Vec<_> = waves.vars().iter().map(|var| (var.name.as_str(), var.kind)).collect();
         assert!(names.contains(&("top.dut.q", ValueKind::Bits(8))), "{names:?}");

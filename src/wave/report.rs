@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use super::Timescale;
 use super::diff::{Context, Difference, List};
+use crate::timescale::Timescale;
 
 /// Bits that are shown one by one; more become hexadecimal digits where that loses nothing.
 const MAX_BITS: usize = 16;

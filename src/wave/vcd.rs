@@ -10,7 +10,8 @@ use std::io;
 use vcd::{IdCode, ReferenceIndex, ScopeType, SimulationCommand, TimescaleUnit, VarType};
 
 use super::output::Destination;
-use super::{Layout, ScopeKind, Sink, TimeUnit, VarKind};
+use super::{Layout, ScopeKind, Sink, VarKind};
+use crate::timescale::Unit;
 use crate::value::{Word, word};
 
 /// The destination is given whole lines, about this many bytes at a time.
@@ -99,7 +100,7 @@ impl<D: Destination> VcdWriter<D> {
 
     fn header(&mut self, layout: &Layout, ids: &[IdCode]) -> io::Result<()> {
         self.out.version("discreta")?;
-        self.out.timescale(layout.timescale.count, unit(layout.timescale.unit))?;
+        self.out.timescale(layout.timescale.count(), unit(layout.timescale.unit()))?;
 
         // Children and variables of each scope, in order, without a list for each: indices sorted by scope.
         let mut scopes: Vec<usize> = (0..layout.scopes.len()).collect();
@@ -300,14 +301,14 @@ fn backwards(before: u64, now: u64) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidInput, format!("time goes back from {before} to {now}"))
 }
 
-fn unit(unit: TimeUnit) -> TimescaleUnit {
+fn unit(unit: Unit) -> TimescaleUnit {
     match unit {
-        TimeUnit::Fs => TimescaleUnit::FS,
-        TimeUnit::Ps => TimescaleUnit::PS,
-        TimeUnit::Ns => TimescaleUnit::NS,
-        TimeUnit::Us => TimescaleUnit::US,
-        TimeUnit::Ms => TimescaleUnit::MS,
-        TimeUnit::S => TimescaleUnit::S,
+        Unit::Fs => TimescaleUnit::FS,
+        Unit::Ps => TimescaleUnit::PS,
+        Unit::Ns => TimescaleUnit::NS,
+        Unit::Us => TimescaleUnit::US,
+        Unit::Ms => TimescaleUnit::MS,
+        Unit::S => TimescaleUnit::S,
     }
 }
 

@@ -5,7 +5,7 @@ use super::program::{Code, General, Meta, ONE, Op, Operand, Part, Program, Store
 use crate::cell::{GateOp, arith, clocked, counter, evaluate, storage};
 use crate::netlist::NetId;
 use crate::value::Word;
-use crate::value::word::{extract, insert, mask, words};
+use crate::value::word::{copy, mask, words};
 
 /// More pins than any cell has.
 const PINS: usize = 8;
@@ -371,14 +371,8 @@ impl State {
             }
             let mut lo = 0;
             for &(slot, from, width) in pieces {
-                let mut done = 0;
-                while done < width {
-                    let n = (width - done).min(64);
-                    let mut w = [Word::ZERO];
-                    extract(&mut w, &self.slots[slot as usize..], from + done, n);
-                    insert(to, lo, &w, n);
-                    (lo, done) = (lo + n, done + n);
-                }
+                copy(to, lo, &self.slots[slot as usize..], from, width);
+                lo += width;
             }
             bounds[pin] = (at, end);
             at = end;
@@ -430,6 +424,12 @@ impl State {
         let next = &mut self.scratch_out[..n];
         clocked(&g.kind, &ins[..g.pins.len()], q, next);
         self.staged.extend(next.iter().enumerate().map(|(i, &w)| (slot + i as u32, w)));
+    }
+
+    /// Whether there is anything that whoever advances the engine should look at.
+    #[inline(always)]
+    pub fn has_news(&self) -> bool {
+        !(self.changes.is_empty() && self.unknown_controls.is_empty())
     }
 
     /// Reports controls that have become unknown.

@@ -152,7 +152,7 @@ impl Engine for EventEngine {
     fn advance(&mut self, until: u64) -> Result<bool, Unsettled> {
         if !self.started {
             self.wave()?;
-            if !self.state.changes.is_empty() {
+            if self.state.has_news() {
                 return Ok(true);
             }
         }
@@ -160,7 +160,7 @@ impl Engine for EventEngine {
             self.now = time;
             self.queue.fire(&self.program, &mut self.state, time);
             self.wave()?;
-            if !self.state.changes.is_empty() {
+            if self.state.has_news() {
                 return Ok(true);
             }
         }

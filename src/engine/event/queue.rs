@@ -8,7 +8,7 @@ use super::program::{DelayCell, Program};
 use crate::cell::time::RcDelay;
 use crate::cell::{CellKind, Clock};
 use crate::value::Word;
-use crate::value::word::{any_unknown, extract, insert, words};
+use crate::value::word::{any_unknown, copy, words};
 
 #[derive(Debug)]
 struct Source {
@@ -142,14 +142,8 @@ impl Queue {
             line.scratch.fill(Word::ZERO);
             let mut lo = 0;
             for &(slot, from, width) in &cell.input {
-                let mut done = 0;
-                while done < width {
-                    let n = (width - done).min(64);
-                    let mut w = [Word::ZERO];
-                    extract(&mut w, &state.slots[slot as usize..], from + done, n);
-                    insert(&mut line.scratch, lo, &w, n);
-                    (lo, done) = (lo + n, done + n);
-                }
+                copy(&mut line.scratch, lo, &state.slots[slot as usize..], from, width);
+                lo += width;
             }
             if line.seen == line.scratch {
                 continue;

@@ -1,0 +1,1 @@
+run expectation_fails.json

@@ -1,0 +1,1 @@
+run limit_before_until.json

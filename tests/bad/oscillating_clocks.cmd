@@ -1,0 +1,1 @@
+run oscillating_clocks.json

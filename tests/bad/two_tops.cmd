@@ -1,0 +1,1 @@
+run two_tops.json

@@ -1,0 +1,1 @@
+run unknown_control.json --x-control error
