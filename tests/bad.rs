@@ -9,10 +9,12 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// No broken file may take longer.
-const PATIENCE: Duration = Duration::from_secs(10);
+const PATIENCE: Duration = Duration::from_secs(30);
+
+type Made = (&'static str, &'static str, fn() -> String);
 
 /// Files that are too large to be kept or to be read by anyone: name, command, contents.
-const MADE: &[(&str, &str, fn() -> String)] = &[
+const MADE: &[Made] = &[
     ("made_brackets", "check made_brackets.json", || "[".repeat(50 << 20)),
     ("made_spaces", "check made_spaces.json --limit file-size=1000000", || " ".repeat(1_000_001)),
     ("made_deep_hierarchy", "check made_deep_hierarchy.json", || hierarchy(1000, 1)),

@@ -434,14 +434,14 @@ mod tests {
             ("", "0..0: an expression is missing"),
             ("1 +", "3..3: an expression ends too early"),
             ("(1", "2..2: expected `)`"),
-            ("1 2", "2..3: expected the end of the expression"),
+            ("1 2", "2..3: expected an operator or the end of the expression"),
             ("W = 8", "2..3: unexpected `=`"),
             ("é", "0..2: unexpected `é`"),
             ("8é", "1..3: unexpected `é`"),
             ("clog(2)", "0..4: unknown function `clog`"),
             ("min(2)", "5..6: expected `,`"),
             ("1 ? 2", "5..5: expected `:`"),
-            ("0x10", "1..4: expected the end of the expression"),
+            ("0x10", "1..4: expected an operator or the end of the expression"),
         ] {
             assert_eq!(eval(text), fault, "{text}");
         }

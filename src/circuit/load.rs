@@ -211,12 +211,13 @@ impl Loader {
                 reached.extend(self.library.uses(module).into_iter().map(|u| u.0));
             }
         }
-        let rest: Vec<ModuleId> = roots(&self.library, file.0).into_iter().filter(|m| !done.contains(m)).collect();
-        for module in rest {
-            self.netlist(module, &[]);
+        for module in roots(&self.library, file.0) {
+            if !done.contains(&module) && !self.filled.contains(&module) {
+                self.netlist(module, &[]);
+            }
         }
         // those of which every cell is faulty
-        if self.diagnostics.has_errors() {
+        if self.diagnostics.has_errors() && self.diagnostics.iter().all(|d| d.code != Code::TooLarge) {
             for module in self.library.modules(file.0) {
                 if !self.filled.contains(&module) {
                     self.netlist(module, &[]);
@@ -242,9 +243,7 @@ impl Loader {
         }
         let elaborated = elaborate(&self.library, &self.limits, top, parameters);
         let cut_short = elaborated.diagnostics.iter().any(|d| d.code == Code::TooLarge);
-        for d in elaborated.diagnostics.iter() {
-            self.diagnostics.push(d.clone());
-        }
+        self.diagnostics.append(elaborated.diagnostics);
         self.filled.extend(elaborated.filled);
         // too large, or half of it is missing
         if cut_short {

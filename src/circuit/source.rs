@@ -37,7 +37,9 @@ pub fn read_file(path: &Path, limits: &Limits, sources: &mut Sources) -> Result<
             let offset = e.utf8_error().valid_up_to();
             let bytes = e.as_bytes();
             if let [0xff, 0xfe, ..] | [0xfe, 0xff, ..] = bytes {
-                return Err(cannot(path, "it is not UTF-8").help("it looks like UTF-16; save it as UTF-8"));
+                let place = Span::new(sources.add(name, String::new()), 0, 0);
+                let fault = cannot(path, "it is not UTF-8").at(place, "");
+                return Err(fault.help("it looks like UTF-16; save it as UTF-8"));
             }
             // what can be shown of it: all up to there, and the rest of the line
             let line = bytes[offset..].iter().take(200).take_while(|&&b| b != b'\n').count();

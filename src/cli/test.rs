@@ -70,8 +70,8 @@ pub fn run(args: &TestArgs, out: &mut Out) -> Result<Status, CliError> {
             continue;
         }
         out.write_fmt(format_args!("{}: {word}\n", path.display()))?;
-        for line in detail.lines() {
-            out.write_fmt(format_args!("    {line}\n"))?;
+        for line in detail.trim_end().lines() {
+            out.write_fmt(format_args!("{}\n", format!("    {line}").trim_end()))?;
         }
     }
     if args.format.format == Format::Json {
@@ -130,9 +130,7 @@ fn one(path: &Path, args: &TestArgs) -> Result<Verdict, CliError> {
     let report = Report { prepared: &prepared, loader: &loader, outcome: &outcome, files: &[] };
     if report.status() == Status::Failed {
         let mut text = rendered(&report.diagnostics(), &loader);
-        if outcome.failures.is_empty() {
-            text += &report.text(false);
-        }
+        text += &report.text(false);
         return Ok(Verdict::Failed(text, report.json()));
     }
     let expected = match std::fs::read(&golden) {

@@ -148,6 +148,14 @@ impl Diagnostics {
         }
     }
 
+    /// Adds all of another run.
+    pub fn append(&mut self, other: Diagnostics) {
+        self.errors += other.errors;
+        self.warnings += other.warnings;
+        let room = MAX_KEPT.saturating_sub(self.list.len());
+        self.list.extend(other.list.into_iter().take(room));
+    }
+
     /// Whether there is an error (warnings are none).
     #[must_use]
     pub fn has_errors(&self) -> bool {
@@ -312,5 +320,9 @@ mod tests {
         }
         assert_eq!(all.iter().count(), MAX_KEPT);
         assert_eq!(all.errors(), 20_001);
+        let mut more = Diagnostics::new();
+        more.push(Diagnostic::new(Code::NoMatch, "a warning"));
+        more.append(all);
+        assert_eq!((more.iter().count(), more.errors(), more.warnings()), (MAX_KEPT, 20_001, 201));
     }
 }

@@ -243,7 +243,7 @@ mod tests {
         assert_eq!(ticks("5 - 6", "1ns"), Err("a time is negative: -1 ticks".into()));
         assert_eq!(ticks("99999s", "1fs"), Err("`99999s` is more than 2^64-1 ticks of 1fs".into()));
         assert_eq!(ticks("99999999999999999999ns", "1ns"), Err("`99999999999999999999ns` is not a time".into()));
-        assert_eq!(ticks("5 5", "1ns"), Err("expected the end of the expression".into()));
+        assert_eq!(ticks("5 5", "1ns"), Err("expected an operator or the end of the expression".into()));
         assert_eq!(ticks("", "1ns"), Err("an expression is missing".into()));
     }
 
