@@ -1,4 +1,4 @@
-//! Cells: elements and instances of modules, and the signals that their ports are connected to.
+//! One cell: its type, its parameters, what its ports are connected to.
 
 use std::collections::HashMap;
 
