@@ -128,7 +128,10 @@ pub const ELEMENTS: &[Element] = &[
             let width = a.width("width");
             let step = a.integer("step");
             if width < 63 && step >> width != 0 {
-                return Err(format!("a step of {step} does not fit a counter of {width} bits"));
+                return Err(format!(
+                    "a step of {step} does not fit a counter {width} bit{} wide",
+                    if width == 1 { "" } else { "s" }
+                ));
             }
             Ok(CellKind::Counter(Box::new(Counter {
                 edge: edge(a.word("edge")),
