@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::library::{Library, ModuleId};
 use super::scope::s;
-use crate::cell::{CellKind, GateOp, Role};
+use crate::cell::CellKind;
 use crate::diag::{Code, Diagnostic, Diagnostics, Severity, Span};
 use crate::netlist::{CellId, Driver, Fault, Netlist, SignalId};
 
@@ -159,25 +159,13 @@ impl Report<'_> {
 
     /// Clocked cells with the constant that, through buffers and inverters, is their clock.
     fn clock_pins(&self) -> Vec<(CellId, CellId)> {
-        let mut found = Vec::new();
-        for cell in self.netlist.cell_ids() {
-            let pins = self.netlist.cell(cell).kind.inputs();
-            let Some(pin) = pins.iter().position(|p| p.role == Role::Clock) else { continue };
-            let mut at = (cell, pin);
-            for _ in 0..self.netlist.cells().len() {
-                let Some(slice) = self.netlist.input(at.0, at.1).first() else { break };
-                let Driver::Cell(source, _) = self.netlist.net(slice.net).driver else { break };
-                match self.netlist.cell(source).kind {
-                    CellKind::Gate { op: GateOp::Buf | GateOp::Not, width: 1, .. } => at = (source, 0),
-                    CellKind::Constant(_) => {
-                        found.push((cell, source));
-                        break;
-                    }
-                    _ => break,
-                }
-            }
-        }
-        found
+        let source = |cell| match self.netlist.net(self.netlist.clock_source(cell)?).driver {
+            Driver::Cell(source, _) => Some((cell, source)),
+            Driver::Input(_) => None,
+        };
+        let constant =
+            |&(_, source): &(CellId, CellId)| matches!(self.netlist.cell(source).kind, CellKind::Constant(_));
+        self.netlist.cell_ids().filter_map(source).filter(constant).collect()
     }
 
     fn constant_clocks(&mut self, clocked: &[(CellId, CellId)]) {

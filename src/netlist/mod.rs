@@ -11,7 +11,7 @@ mod id;
 mod join;
 mod order;
 
-use crate::cell::CellKind;
+use crate::cell::{CellKind, GateOp, Role};
 use crate::timescale::Timescale;
 
 pub use builder::Builder;
@@ -193,6 +193,22 @@ impl Netlist {
     #[must_use]
     pub fn output(&self, cell: CellId, index: usize) -> NetId {
         NetId(self.cell(cell).first_output.0 + index as u32)
+    }
+
+    /// The net from which a cell's clock comes, through buffers and inverters at most; none if it has no clock.
+    pub(crate) fn clock_source(&self, cell: CellId) -> Option<NetId> {
+        let pin = self.cell(cell).kind.inputs().iter().position(|p| p.role == Role::Clock)?;
+        let mut net = self.input(cell, pin).first()?.net;
+        // inverters may stand in a circle
+        for _ in 0..self.cells.len() {
+            let Driver::Cell(from, _) = self.net(net).driver else { break };
+            if !matches!(self.cell(from).kind, CellKind::Gate { op: GateOp::Buf | GateOp::Not, width: 1, .. }) {
+                break;
+            }
+            let Some(slice) = self.input(from, 0).first() else { break };
+            net = slice.net;
+        }
+        Some(net)
     }
 
     /// The path of a scope below the top, with a dot after it unless it is the top: `adder.fa[3].`.

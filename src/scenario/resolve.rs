@@ -6,7 +6,7 @@ use globset::{GlobBuilder, GlobSet, GlobSetBuilder};
 
 use super::file::{Clock, Edge, Expect, Limit, Simulation, Stimulus, Until, ValueText};
 use crate::Value;
-use crate::cell::{CellKind, GateOp, Role};
+use crate::cell::CellKind;
 use crate::circuit::{Circuit, Name};
 use crate::diag::{Code, Diagnostic, Diagnostics, Span};
 use crate::json::{Recover, Spanned};
@@ -394,34 +394,19 @@ impl Resolver<'_> {
             .collect();
         let mut told = HashSet::new();
         for cell in self.netlist.cell_ids() {
-            let kind = &self.netlist.cell(cell).kind;
-            let Some(pin) = kind.inputs().iter().position(|p| p.role == Role::Clock) else { continue };
-            let mut at = (cell, pin);
-            for _ in 0..self.netlist.cells().len() {
-                let Some(slice) = self.netlist.input(at.0, at.1).first() else { break };
-                match self.netlist.net(slice.net).driver {
-                    Driver::Cell(from, _)
-                        if matches!(
-                            self.netlist.cell(from).kind,
-                            CellKind::Gate { op: GateOp::Buf | GateOp::Not, width: 1, .. }
-                        ) =>
-                    {
-                        at = (from, 0)
-                    }
-                    Driver::Input(input) if !driven.contains(&slice.net) && told.insert(input) => {
-                        let name = &self.netlist.signal(input).name;
-                        let fault = Diagnostic::new(
-                            Code::UndrivenClock,
-                            format!("nothing drives `{name}`, the clock of `{}`", self.netlist.cell_path(cell)),
-                        );
-                        let fault = fault.at(self.circuit.place(input), "an input that the scenario leaves alone");
-                        self.diagnostics
-                            .push(fault.help(format!("add it to the scenario: \"simulation\": {{ \"clocks\": {{ \"{name}\": {{ \"period\": 20 }} }} }}")));
-                        break;
-                    }
-                    _ => break,
-                }
+            let Some(net) = self.netlist.clock_source(cell).filter(|net| !driven.contains(net)) else { continue };
+            let Driver::Input(input) = self.netlist.net(net).driver else { continue };
+            if !told.insert(input) {
+                continue;
             }
+            let name = &self.netlist.signal(input).name;
+            let fault = Diagnostic::new(
+                Code::UndrivenClock,
+                format!("nothing drives `{name}`, the clock of `{}`", self.netlist.cell_path(cell)),
+            );
+            let fault = fault.at(self.circuit.place(input), "an input that the scenario leaves alone");
+            let help = format!("\"simulation\": {{ \"clocks\": {{ \"{name}\": {{ \"period\": 20 }} }} }}");
+            self.diagnostics.push(fault.help(format!("add it to the scenario: {help}")));
         }
     }
 }
