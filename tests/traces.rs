@@ -24,8 +24,11 @@ const ALGORITHMS: &[(&str, Start)] = &[("evaluation/line_", |net| {
 /// Traces of circuits that are no interpolators, or fail as they are to; each has a test of its own elsewhere.
 const OTHERS: &[&str] = &[];
 
+/// What the nets show, by their names; nothing while a bit is unknown.
+type Nets = HashMap<String, Option<u64>>;
+
 /// The widths of the top scope's nets, and their values after each instant at which something changes.
-fn instants(path: &Path) -> (HashMap<String, u32>, BTreeMap<u64, HashMap<String, Option<u64>>>) {
+fn instants(path: &Path) -> (HashMap<String, u32>, BTreeMap<u64, Nets>) {
     let mut parser = vcd::Parser::new(BufReader::new(File::open(path).unwrap()));
     let header = parser.parse_header().unwrap();
     let [top] = &header
