@@ -95,15 +95,20 @@ pub struct ArcInput {
     pub f0: i64,
     /// Clockwise: x rises, y falls.
     pub clockwise: bool,
-    /// Bits of a coordinate, `1..=30`; `F` has two more.
+    /// Bits of a coordinate, `1..=32`; `F` has two more.
     pub bits: u32,
 }
 
 impl ArcInput {
-    /// The arc between two points of the first quadrant, whose circle goes through the first.
+    /// The arc between two points of the first quadrant, whose circle goes through the first. A difference beyond 64
+    /// bits becomes the nearest that is not; [`check`](ArcInput::check) refuses it in any width.
     #[must_use]
     pub const fn between((xh, yh): (i64, i64), (xk, yk): (i64, i64), clockwise: bool, bits: u32) -> Self {
-        let (dx, dy) = if clockwise { (xk - xh, yh - yk) } else { (xh - xk, yk - yh) };
+        let (dx, dy) = if clockwise {
+            (xk.saturating_sub(xh), yh.saturating_sub(yk))
+        } else {
+            (xh.saturating_sub(xk), yk.saturating_sub(yh))
+        };
         ArcInput { xh, yh, dx, dy, f0: 0, clockwise, bits }
     }
 

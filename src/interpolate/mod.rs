@@ -15,6 +15,7 @@ pub mod method;
 pub mod request;
 
 pub use clock::{Clock, Columns, Interpolator, Stopped, Watchdog};
+pub use evaluation::circle::{EfCircle, EfCirclePrinted};
 pub use evaluation::line::{EfLine, EfLinePrinted};
 pub use ideal::Ideal;
 pub use input::{ArcInput, InputError, Line3dInput, LineInput};

@@ -89,8 +89,9 @@ impl Request {
             }
             Shape::Arc => {
                 let [cx, cy] = self.center;
-                let input =
-                    ArcInput::between((xh - cx, yh - cy), (self.to[0] - cx, self.to[1] - cy), self.clockwise, bits);
+                let relative =
+                    |[x, y, _]: [i64; 3]| x.checked_sub(cx).zip(y.checked_sub(cy)).ok_or(InputError::Overflow);
+                let input = ArcInput::between(relative(self.from)?, relative(self.to)?, self.clockwise, bits);
                 let plane = |p: [i64; 3]| [p[0] as f64, p[1] as f64];
                 let ideal = Ideal::arc([cx as f64, cy as f64], plane(self.from), plane(self.to), self.clockwise);
                 (arc(self.method, input, &self.options)?, ideal)
@@ -119,6 +120,9 @@ pub(super) fn line_3d(
 }
 
 /// An arc of the first quadrant around the origin.
-pub(super) fn arc(method: Method, _input: ArcInput, _options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
-    Err(InputError::Missing { method, option: "an algorithm" })
+pub(super) fn arc(method: Method, input: ArcInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
+    match method {
+        Method::EfCircle | Method::Grossman => evaluation::circle::build(input, options),
+        _ => Err(InputError::Missing { method, option: "an algorithm" }),
+    }
 }
