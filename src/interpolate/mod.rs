@@ -16,6 +16,8 @@ pub mod request;
 
 pub use clock::{Clock, Columns, Interpolator, Stopped, Watchdog};
 pub use evaluation::circle::{EfCircle, EfCirclePrinted};
+pub use evaluation::fast_circle::{EfCircleFast, EfCircleFastPrinted};
+pub use evaluation::fast_line::{EfLineFast, EfLineFastPrinted};
 pub use evaluation::line::{EfLine, EfLinePrinted};
 pub use ideal::Ideal;
 pub use input::{ArcInput, InputError, Line3dInput, LineInput};

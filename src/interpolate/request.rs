@@ -106,6 +106,7 @@ impl Request {
 pub(super) fn line(method: Method, input: LineInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     match method {
         Method::EfLine => evaluation::line::build(input, options),
+        Method::EfLineFast => evaluation::fast_line::build(input, options),
         _ => Err(InputError::Missing { method, option: "an algorithm" }),
     }
 }
@@ -123,6 +124,7 @@ pub(super) fn line_3d(
 pub(super) fn arc(method: Method, input: ArcInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     match method {
         Method::EfCircle | Method::Grossman => evaluation::circle::build(input, options),
+        Method::EfCircleFast => evaluation::fast_circle::build(input, options),
         _ => Err(InputError::Missing { method, option: "an algorithm" }),
     }
 }

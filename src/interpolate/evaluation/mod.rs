@@ -2,4 +2,6 @@
 //! lies, and so which step leads back.
 
 pub mod circle;
+pub mod fast_circle;
+pub mod fast_line;
 pub mod line;
