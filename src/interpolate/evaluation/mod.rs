@@ -5,3 +5,4 @@ pub mod circle;
 pub mod fast_circle;
 pub mod fast_line;
 pub mod line;
+pub mod line_3d;
