@@ -120,6 +120,7 @@ pub(super) fn line(method: Method, input: LineInput, options: &Options) -> Resul
     match method {
         Method::EfLine => evaluation::line::build(input, options),
         Method::DdaLine => dda::line::build(input, options),
+        Method::EfLineFast => evaluation::fast_line::build(input, options),
         _ => Err(InputError::Missing { method, option: "an algorithm" }),
     }
 }
@@ -142,6 +143,7 @@ pub(super) fn arc(method: Method, input: ArcInput, options: &Options) -> Result<
     match method {
         Method::EfCircle | Method::Grossman => evaluation::circle::build(input, options),
         Method::DdaCircle => dda::circle::build(input, options),
+        Method::EfCircleFast => evaluation::fast_circle::build(input, options),
         _ => Err(InputError::Missing { method, option: "an algorithm" }),
     }
 }

@@ -36,7 +36,7 @@ pub(in crate::interpolate) fn build(
 /// use discreta::interpolate::{EfLine3d, Line3dInput};
 /// let line = EfLine3d::new(Line3dInput { start: [0; 3], increment: [7, 3, 2], bits: 8 })?;
 /// let steps: String = line.map(|clock| clock.letter()).collect();
-/// assert_eq!(steps, "XAXDXAX");
+/// assert_eq!(steps, "XAXDEDX");
 /// # Ok::<(), discreta::interpolate::InputError>(())
 /// ```
 #[derive(Clone, Debug)]
