@@ -3,3 +3,4 @@
 
 pub mod circle;
 pub mod line;
+pub mod line_3d;
