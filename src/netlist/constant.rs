@@ -34,7 +34,7 @@ impl Constants {
         while let Some(cell) = work.pop() {
             for net in constants.visit(netlist, cell, &mut buffer) {
                 let kind = |c: CellId| &netlist.cell(c).kind;
-                work.extend(readers.of(net).iter().map(|&c| CellId(c)).filter(|&c| is_pure(kind(c))));
+                work.extend(readers.after(net.0).iter().map(|&c| CellId(c)).filter(|&c| is_pure(kind(c))));
             }
         }
         constants
