@@ -15,6 +15,9 @@ use crate::circuit::Loader;
 use crate::netlist::depth::{End, Level};
 use crate::netlist::stats::{ScopeStats, Stats};
 
+/// A longer way is shown by its beginning and its end.
+const MOST_STEPS: usize = 100;
+
 /// What is printed of one file.
 #[derive(Serialize)]
 struct Report {
@@ -110,8 +113,14 @@ impl Report {
             };
             let widest = path.steps.iter().map(|s| s.net.chars().count()).max().unwrap_or(0).min(40);
             let _ = writeln!(text, "  from  {}", at(&path.start, "(input)"));
-            for step in &path.steps {
-                let _ = writeln!(text, "  {:>4}  {:widest$}  {} {}", step.level, step.net, step.element, step.cell);
+            let left_out = path.steps.len().saturating_sub(MOST_STEPS);
+            let gap = MOST_STEPS / 2..MOST_STEPS / 2 + left_out;
+            for (i, step) in path.steps.iter().enumerate().filter(|(i, _)| *i == gap.start || !gap.contains(i)) {
+                let _ = if gap.contains(&i) {
+                    writeln!(text, "     …  {left_out} more")
+                } else {
+                    writeln!(text, "  {:>4}  {:widest$}  {} {}", step.level, step.net, step.element, step.cell)
+                };
             }
             let _ = writeln!(text, "  to    {}", at(&path.end, "(output)"));
         }
@@ -127,8 +136,7 @@ impl Report {
         if self.scopes.is_empty() {
             return;
         }
-        let mut rows =
-            vec![["scope", "module", "cells", "gates", "inverters", "flip-flops"].map(str::to_owned).to_vec()];
+        let mut rows = vec![["scope", "module", "cells", "gates", "inverters", "storage"].map(str::to_owned).to_vec()];
         for s in &self.scopes {
             let indent = "  ".repeat(s.level as usize);
             let name = if s.scope.is_empty() { "(top)" } else { &s.scope };

@@ -94,6 +94,7 @@ impl<'n> BitNames<'n> {
             return indexed(self.netlist.signal_path(id), self.netlist.signal(id).width, at);
         }
         let Slice { net, lo, .. } = self.bits.slice(bit);
-        indexed(self.netlist.net_name(net), self.netlist.net(net).width, lo)
+        let net = self.netlist.net(net);
+        indexed(self.netlist.driver_name(net.driver), net.width, lo)
     }
 }

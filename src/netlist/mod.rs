@@ -307,10 +307,17 @@ impl Netlist {
                 }
                 name
             }
-            (None, Driver::Cell(cell, pin)) => {
+            (None, driver) => self.driver_name(driver),
+        }
+    }
+
+    /// A name for what drives a net: a pin or an input.
+    fn driver_name(&self, driver: Driver) -> String {
+        match driver {
+            Driver::Cell(cell, pin) => {
                 format!("{}.{}", self.cell_path(cell), self.cell(cell).kind.outputs()[pin as usize])
             }
-            (None, Driver::Input(signal)) => self.signal_path(signal),
+            Driver::Input(signal) => self.signal_path(signal),
         }
     }
 }

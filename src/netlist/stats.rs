@@ -204,7 +204,8 @@ fn clocks(netlist: &Netlist, bits: &Bits, names: &BitNames<'_>) -> Vec<ClockDoma
 }
 
 impl Netlist {
-    /// The counts of each scope, down to so many levels below the top, each with what stands in the scopes within it.
+    /// The counts of each scope, down to so many levels below the top, each with what stands in the scopes within it and
+    /// followed by those.
     #[must_use]
     pub fn scope_stats(&self, levels: u32) -> Vec<ScopeStats> {
         // a parent comes before its children
@@ -236,13 +237,21 @@ impl Netlist {
             row.cells += 1;
             row.equipment += cell.kind.equipment();
         }
-        for i in (0..rows.len()).rev() {
+        let mut inner: Vec<Vec<usize>> = vec![Vec::new(); rows.len()];
+        for i in (1..rows.len()).rev() {
             if let Some(parent) = parents[i] {
                 let (cells, equipment) = (rows[i].cells, rows[i].equipment);
                 rows[parent].cells += cells;
                 rows[parent].equipment += equipment;
+                inner[parent].push(i);
             }
         }
-        rows
+        let mut sorted = Vec::with_capacity(rows.len());
+        let mut next = vec![0];
+        while let Some(i) = next.pop() {
+            sorted.push(rows[i].clone());
+            next.append(&mut inner[i]); // the last comes first out
+        }
+        sorted
     }
 }
