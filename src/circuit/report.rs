@@ -187,8 +187,7 @@ impl Report<'_> {
     }
 
     fn loops(&mut self) {
-        let order = self.netlist.order();
-        for found in self.netlist.loops(&order) {
+        for found in self.netlist.loops() {
             let places: Vec<_> = found.cells.iter().map(|c| self.places.cells.get(c)).collect();
             if places.iter().flatten().any(|p| self.allowed(p.module, Code::CombinationalLoop)) {
                 continue;

@@ -1,6 +1,6 @@
 //! Single bits of nets: a dense number and a name for each.
 
-use super::{CellId, Constants, NetId, Netlist, SignalId, Slice};
+use super::{CellId, NetId, Netlist, SignalId, Slice};
 
 /// Numbers the bits of all nets.
 pub(super) struct Bits {
@@ -10,7 +10,8 @@ pub(super) struct Bits {
 }
 
 impl Bits {
-    pub(super) fn new(netlist: &Netlist, constants: &Constants) -> Bits {
+    pub(super) fn new(netlist: &Netlist) -> Bits {
+        let constants = netlist.constants();
         let mut start = vec![0u32];
         let mut constant = Vec::new();
         for (i, net) in netlist.nets().iter().enumerate() {

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::bits::{BitNames, Bits};
 use super::graph::{Graph, Sorted};
-use super::{CellId, Constants, Direction, Driver, Netlist, SignalId};
+use super::{CellId, Direction, Driver, Netlist, SignalId};
 use crate::cell::{CellKind, Flow, GateOp};
 
 /// What levels are counted in.
@@ -77,7 +77,7 @@ impl Depth {
     /// Measures a netlist.
     #[must_use]
     pub fn of(netlist: &Netlist) -> Depth {
-        let bits = Bits::new(netlist, &Constants::new(netlist));
+        let bits = Bits::new(netlist);
         Depth::with(&bits, &BitNames::new(netlist, &bits), netlist)
     }
 

@@ -15,6 +15,8 @@ mod join;
 mod order;
 pub mod stats;
 
+use std::sync::OnceLock;
+
 use crate::cell::{CellKind, GateOp, Role};
 use crate::timescale::Timescale;
 
@@ -124,6 +126,8 @@ pub struct Netlist {
     scopes: Vec<Scope>,
     signals: Vec<Signal>,
     signal_slices: Vec<Slice>,
+    constants: OnceLock<Constants>,
+    order: OnceLock<Order>,
 }
 
 impl Netlist {

@@ -2,7 +2,6 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use super::constant::Constants;
 use super::graph::Graph;
 use super::{CellId, Driver, Netlist};
 
@@ -36,7 +35,7 @@ impl Netlist {
 
     /// From each cell to those that a change of it can change at once.
     fn readers_at_once(&self) -> Graph {
-        let constants = Constants::new(self);
+        let constants = self.constants();
         Graph::new(self.cells.len(), |f| {
             for to in self.cell_ids() {
                 let kind = &self.cell(to).kind;
@@ -54,16 +53,19 @@ impl Netlist {
         })
     }
 
-    /// An evaluation order.
+    /// An evaluation order; found once, when it is first asked for.
     #[must_use]
-    pub fn order(&self) -> Order {
-        let sorted = self.readers_at_once().sorted();
-        Order { sequence: sorted.sequence.into_iter().map(CellId).collect(), groups: sorted.groups }
+    pub fn order(&self) -> &Order {
+        self.order.get_or_init(|| {
+            let sorted = self.readers_at_once().sorted();
+            Order { sequence: sorted.sequence.into_iter().map(CellId).collect(), groups: sorted.groups }
+        })
     }
 
     /// One shortest circle for each group of cells that feed back on each other.
     #[must_use]
-    pub fn loops(&self, order: &Order) -> Vec<Loop> {
+    pub fn loops(&self) -> Vec<Loop> {
+        let order = self.order();
         if order.groups.is_empty() {
             return Vec::new();
         }
@@ -149,9 +151,8 @@ mod tests {
         let toggled = b.net("toggled", 1);
         b.dff("ff", &s, &not_q, &toggled);
         let netlist = b.finish().unwrap();
-        let order = netlist.order();
-        assert_eq!(order.groups.len(), 1);
-        let loops = netlist.loops(&order);
+        assert_eq!(netlist.order().groups.len(), 1);
+        let loops = netlist.loops();
         let path: Vec<_> = loops[0].cells.iter().map(|&c| netlist.cell(c).name.as_str()).collect();
         assert_eq!(path, ["a", "b"]);
     }

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::bits::{BitNames, Bits};
-use super::{CellId, Constants, Depth, Direction, Netlist, ScopeId};
+use super::{CellId, Depth, Direction, Netlist, ScopeId};
 use crate::cell::{CellKind, Edge, Equipment, Parts};
 
 /// The counts of a netlist. Constants are counted nowhere, and neither is what joins the drivers of a bus.
@@ -108,7 +108,7 @@ impl Stats {
     /// ```
     #[must_use]
     pub fn of(netlist: &Netlist) -> Stats {
-        let bits = Bits::new(netlist, &Constants::new(netlist));
+        let bits = Bits::new(netlist);
         let names = BitNames::new(netlist, &bits);
         let ports = |is: fn(Direction) -> bool| {
             let mut all = Parts::default();
