@@ -119,7 +119,7 @@ impl Stats {
         };
         let (nets, fan_out) = nets(netlist, &bits, &names);
         Stats {
-            module: netlist.scopes()[0].name.clone(),
+            module: netlist.scopes().first().map_or_else(String::new, |top| top.name.clone()),
             inputs: ports(|d| d == Direction::Input),
             outputs: ports(|d| d != Direction::Input),
             equipment: netlist.cells().iter().map(|c| c.kind.equipment()).sum(),
@@ -163,7 +163,7 @@ fn elements(netlist: &Netlist) -> Vec<Elements> {
 
 fn modules(netlist: &Netlist) -> Vec<Instances> {
     let mut found: BTreeMap<&str, u64> = BTreeMap::new();
-    for module in netlist.scopes()[1..].iter().filter_map(|s| s.module.as_deref()) {
+    for module in netlist.scopes().iter().skip(1).filter_map(|s| s.module.as_deref()) {
         *found.entry(module).or_default() += 1;
     }
     found.into_iter().map(|(module, number)| Instances { module: module.to_owned(), number }).collect()
@@ -247,7 +247,7 @@ impl Netlist {
             }
         }
         let mut sorted = Vec::with_capacity(rows.len());
-        let mut next = vec![0];
+        let mut next: Vec<usize> = (0..rows.len().min(1)).collect();
         while let Some(i) = next.pop() {
             sorted.push(rows[i].clone());
             next.append(&mut inner[i]); // the last comes first out
