@@ -8,8 +8,8 @@ use discreta::interpolate::{ArcInput, DdaCircle, DdaLine, Interpolator, LineInpu
 use support::Rng;
 use support::bench::{Bench, circuit};
 
-const LINES: [&str; 1] = ["circuits/dda/line.json"];
-const CIRCLES: [&str; 1] = ["circuits/dda/circle.json"];
+const LINES: [&str; 2] = ["circuits/dda/line.json", "circuits/dda/line_gates.json"];
+const CIRCLES: [&str; 2] = ["circuits/dda/circle.json", "circuits/dda/circle_gates.json"];
 
 /// The parameters of a circuit beside its width.
 #[derive(Clone, Copy, Debug)]
@@ -144,12 +144,28 @@ fn every_4_bit_arc_in_every_setting() {
     println!("{arcs_of_4} arcs of 4 bits in 16 settings, {clocks} clocks");
 }
 
-#[test]
-fn every_8_bit_line() {
-    for setting in Setting::all().take(4) {
-        let clocks = lines(LINES[0], setting, 8, every_line(8));
-        println!("65536 lines of 8 bits, {setting:?}, {clocks} clocks");
+/// All of them where the accumulators begin at 0, in registers; elsewhere a seeded sample of `every` so many.
+fn every_8_bit_line(normalise: bool) {
+    for setting in Setting::all().take(4).filter(|s| s.normalise == normalise) {
+        for path in LINES {
+            let all = !setting.half && path == LINES[0];
+            let mut rng = Rng::named(path);
+            let mut drawn = 0;
+            let chosen = every_line(8).filter(|_| all || rng.one_in(16)).inspect(|_| drawn += 1);
+            let clocks = lines(path, setting, 8, chosen);
+            println!("{path}: {drawn} lines of 8 bits, {setting:?}, {clocks} clocks");
+        }
     }
+}
+
+#[test]
+fn every_8_bit_line_in_2_to_the_8_clocks() {
+    every_8_bit_line(false);
+}
+
+#[test]
+fn every_8_bit_line_normalised() {
+    every_8_bit_line(true);
 }
 
 #[test]
@@ -157,5 +173,68 @@ fn every_8_bit_quarter_in_every_setting() {
     for path in CIRCLES {
         let clocks: u64 = Setting::all().map(|setting| arcs(path, setting, 8, quarters(8))).sum();
         println!("{path}: 255 quarters of 8 bits in 16 settings, {clocks} clocks");
+    }
+}
+
+/// An arc of the circle through a point, to an end point that is rounded off the circle; a short one if told so.
+fn rounded(rng: &mut Rng, bits: u32, most: i64) -> Option<ArcInput> {
+    let mut coordinate = || rng.below(1 << bits) as i64;
+    let (xh, yh) = (coordinate(), coordinate());
+    let xk = (xh - rng.below(most as u64) as i64).max(0);
+    let yk = ((xh * xh + yh * yh - xk * xk) as f64).sqrt().round() as i64;
+    let arc = ArcInput::between((xh, yh), (xk, yk), false, bits);
+    DdaCircle::new(arc, &Options::default()).is_ok().then_some(arc)
+}
+
+#[test]
+fn a_sample_of_8_bit_arcs_in_every_setting() {
+    for path in CIRCLES {
+        let mut clocks = 0;
+        for setting in Setting::all() {
+            let mut rng = Rng::new(8);
+            let sample = (0..400).filter_map(|_| rounded(&mut rng, 8, 256));
+            clocks += arcs(path, setting, 8, sample);
+        }
+        println!("{path}: arcs of 8 bits in 16 settings, {clocks} clocks");
+    }
+}
+
+#[test]
+fn a_sample_of_other_widths() {
+    for bits in [2, 3, 5, 6, 7, 9, 11] {
+        for setting in Setting::all() {
+            for path in LINES.into_iter().filter(|_| !setting.parallel && !setting.clockwise) {
+                let mut rng = Rng::new(u64::from(bits));
+                let sample = every_line(bits.min(7)).filter(|_| rng.one_in(1 << (2 * bits.min(7)).saturating_sub(5)));
+                lines(path, setting, bits, sample.map(|line| LineInput { bits, ..line }));
+            }
+            for path in CIRCLES {
+                let mut rng = Rng::new(u64::from(bits));
+                arcs(path, setting, bits, (0..40).filter_map(|_| rounded(&mut rng, bits, 1 << bits.min(4))));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_sample_of_16_bits() {
+    let ends = [(65535, 65534), (1, 65535), (40000, 0), (12345, 54321)];
+    let sample = ends.map(|(dx, dy)| LineInput { xh: -5, yh: 65530, dx, dy, bits: 16 });
+    for path in LINES {
+        for setting in Setting::all().take(4) {
+            // the long ones in registers, the shorter half in gates
+            let some = if path == LINES[0] { &sample[..] } else { &sample[..1] };
+            let small = (1..40).map(|d| LineInput { xh: d, yh: 0, dx: d, dy: 3 * d % 41, bits: 16 });
+            let small = small.filter(|_| setting.normalise);
+            lines(path, setting, 16, some.iter().copied().chain(small));
+        }
+    }
+    for path in CIRCLES {
+        for setting in Setting::all() {
+            let mut rng = Rng::new(16);
+            let sample: Vec<_> = (0..60).filter_map(|_| rounded(&mut rng, 16, 300)).collect();
+            let clocks = arcs(path, setting, 16, sample.iter().copied());
+            println!("{path}: {} arcs of 16 bits, {setting:?}, {clocks} clocks", sample.len());
+        }
     }
 }

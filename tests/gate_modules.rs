@@ -144,6 +144,12 @@ fn negate(w: u32) -> Pair {
     pair.connected(json!({ "a": 0, "b": "a" }))
 }
 
+fn decrement(w: u32) -> Pair {
+    let ins = [("a", w), ("bi", 1)];
+    let pair = Pair::new("decrement", json!({ "W": w }), &ins, &[("y", w)], "subtractor", json!({ "width": w }));
+    pair.connected(json!({ "a": "a", "b": 0, "bi": "bi" }))
+}
+
 fn zero_detect(w: u32) -> Pair {
     Pair::new("zero_detect", json!({ "W": w }), &[("a", w)], &[("y", 1)], "is_zero", json!({ "width": w }))
 }
@@ -198,7 +204,7 @@ fn sr() -> Pair {
 fn combinational_modules_equal_their_elements_for_every_input() {
     let mut pairs = vec![half_adder(), full_adder(), adder(8), subtractor(8)];
     for w in 1..=5 {
-        pairs.extend([adder(w), subtractor(w), negate(w), zero_detect(w), bus_mux(w)]);
+        pairs.extend([adder(w), subtractor(w), negate(w), decrement(w), zero_detect(w), bus_mux(w)]);
     }
     pairs.extend([negate(16), zero_detect(16), bus_mux(7)]);
     let mut compared = 0;
@@ -215,7 +221,7 @@ fn combinational_modules_equal_their_elements_for_every_input() {
 
 #[test]
 fn wide_combinational_modules_equal_their_elements_for_random_inputs() {
-    for pair in [adder(32), subtractor(31), negate(50), zero_detect(60), bus_mux(30), adder(20)] {
+    for pair in [adder(32), subtractor(31), negate(50), decrement(40), zero_detect(60), bus_mux(30), adder(20)] {
         let circuit = pair.circuit();
         let mut bench = Bench::new(&pair, &circuit);
         let mut rng = Rng::named(pair.module);
