@@ -9,17 +9,37 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use discreta::interpolate::{EfLine, Interpolator, LineInput};
+use discreta::interpolate::{ArcInput, DdaCircle, DdaLine, EfLine, Interpolator, LineInput, Options};
 use vcd::{IdCode, ScopeItem, Value};
 
 /// Makes the algorithm of what the inputs say at START; the number that a net shows then, by its name.
 type Start = fn(&dyn Fn(&str) -> i64) -> Box<dyn Interpolator>;
 
 /// The algorithms, by how the path of a trace below `traces/` begins. The first that fits is taken.
-const ALGORITHMS: &[(&str, Start)] = &[("evaluation/line_", |net| {
-    let input = LineInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), bits: 8 };
-    Box::new(EfLine::new(input).unwrap())
-})];
+const ALGORITHMS: &[(&str, Start)] = &[
+    ("evaluation/line_", |net| Box::new(EfLine::new(line(net, 8)).unwrap())),
+    ("dda/line_half_", |net| dda_line(net, 3, Options { half_preload: true, ..Options::default() })),
+    ("dda/line_normalised_", |net| dda_line(net, 8, Options { normalise: true, ..Options::default() })),
+    ("dda/line_", |net| dda_line(net, 3, Options::default())),
+    ("dda/circle_half_", |net| dda_circle(net, 3, false, Options { half_preload: true, ..Options::default() })),
+    ("dda/circle_parallel_", |net| dda_circle(net, 3, false, Options { parallel: true, ..Options::default() })),
+    ("dda/circle_normalised_", |net| dda_circle(net, 6, false, Options { normalise: true, ..Options::default() })),
+    ("dda/circle_clockwise_", |net| dda_circle(net, 3, true, Options::default())),
+    ("dda/circle_", |net| dda_circle(net, 3, false, Options::default())),
+];
+
+fn line(net: &dyn Fn(&str) -> i64, bits: u32) -> LineInput {
+    LineInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), bits }
+}
+
+fn dda_line(net: &dyn Fn(&str) -> i64, bits: u32, options: Options) -> Box<dyn Interpolator> {
+    Box::new(DdaLine::new(line(net, bits), &options).unwrap())
+}
+
+fn dda_circle(net: &dyn Fn(&str) -> i64, bits: u32, clockwise: bool, options: Options) -> Box<dyn Interpolator> {
+    let input = ArcInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), f0: 0, clockwise, bits };
+    Box::new(DdaCircle::new(input, &options).unwrap())
+}
 
 /// Traces of circuits that are no interpolators, or fail as they are to; each has a test of its own elsewhere.
 const OTHERS: &[&str] = &[];
