@@ -62,8 +62,8 @@ fn ef_lines() -> Vec<Case> {
 fn lines_3d(algorithm: impl Fn(Line3dInput) -> Box<dyn Interpolator>) -> Vec<Case> {
     (0..64)
         .map(|k| {
-            let increment = [k >> 4, k >> 2 & 3, k & 3];
-            let start = [k + 1 & 3, k / 3 & 3, k / 5 & 3];
+            let increment = [k >> 4, (k >> 2) & 3, k & 3];
+            let start = [(k + 1) & 3, (k / 3) & 3, (k / 5) & 3];
             let names = ["dx", "dy", "dz", "xh", "yh", "zh"].into_iter();
             let inputs = names.zip(increment.into_iter().chain(start)).map(|(name, v)| (name, v as u64)).collect();
             (inputs, algorithm(Line3dInput { start, increment, bits: 2 }))
