@@ -9,7 +9,9 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use discreta::interpolate::{ArcInput, DdaCircle, DdaLine, EfLine, Interpolator, LineInput, Options};
+use discreta::interpolate::{
+    ArcInput, DdaCircle, DdaLine, DdaLine3d, EfLine, EfLine3d, Interpolator, Line3dInput, LineInput, Options,
+};
 use vcd::{IdCode, ScopeItem, Value};
 
 /// Makes the algorithm of what the inputs say at START; the number that a net shows then, by its name.
@@ -26,6 +28,9 @@ const ALGORITHMS: &[(&str, Start)] = &[
     ("dda/circle_normalised_", |net| dda_circle(net, 6, false, Options { normalise: true, ..Options::default() })),
     ("dda/circle_clockwise_", |net| dda_circle(net, 3, true, Options::default())),
     ("dda/circle_", |net| dda_circle(net, 3, false, Options::default())),
+    ("three_axis/line_", |net| Box::new(EfLine3d::new(line_3d(net, 8)).unwrap())),
+    ("three_axis/dda_line_half_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), true).unwrap())),
+    ("three_axis/dda_line_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), false).unwrap())),
 ];
 
 fn line(net: &dyn Fn(&str) -> i64, bits: u32) -> LineInput {
@@ -39,6 +44,10 @@ fn dda_line(net: &dyn Fn(&str) -> i64, bits: u32, options: Options) -> Box<dyn I
 fn dda_circle(net: &dyn Fn(&str) -> i64, bits: u32, clockwise: bool, options: Options) -> Box<dyn Interpolator> {
     let input = ArcInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), f0: 0, clockwise, bits };
     Box::new(DdaCircle::new(input, &options).unwrap())
+}
+
+fn line_3d(net: &dyn Fn(&str) -> i64, bits: u32) -> Line3dInput {
+    Line3dInput { start: ["xh", "yh", "zh"].map(net), increment: ["dx", "dy", "dz"].map(net), bits }
 }
 
 /// Traces of circuits that are no interpolators, or fail as they are to; each has a test of its own elsewhere.
