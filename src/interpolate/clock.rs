@@ -2,6 +2,8 @@
 
 use std::{error, fmt};
 
+use super::InputError;
+
 /// One clock: its steps, and the registers after its trailing edge. Index 0 is x, 1 is y, 2 is z; what an interpolator
 /// does not have is 0, see [`Columns`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -76,12 +78,15 @@ pub enum Stopped {
         /// The clocks that were let run.
         clocks: u64,
     },
+    /// An arc cannot go on in the next quadrant.
+    Refused(InputError),
 }
 
 impl fmt::Display for Stopped {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Stopped::Watchdog { clocks } => write!(f, "stopped by the watchdog: no end within {clocks} clocks"),
+            Stopped::Refused(error) => write!(f, "the next quadrant is refused: {error}"),
         }
     }
 }
