@@ -215,15 +215,6 @@ pub enum InputError {
         /// Bits of the registers.
         bits: u32,
     },
-    /// A point of an arc is more than 1 BLU off its circle.
-    OffCircle {
-        /// It is the start point.
-        start: bool,
-        /// The square of its distance from the centre.
-        square: i128,
-        /// The square of the radius.
-        radius: i128,
-    },
     /// An arc within a quadrant on which no coordinate falls, or none rises.
     TooShort,
     /// The start point is the centre.
@@ -243,6 +234,13 @@ pub enum InputError {
         value: i64,
         /// The register's width.
         bits: u32,
+    },
+    /// The end point of an arc is not on its circle, not even rounded.
+    OffCircle {
+        /// The end point, BLU.
+        end: (i64, i64),
+        /// The start point, through which the circle goes, BLU.
+        start: (i64, i64),
     },
     /// The difference of two coordinates does not fit 64 bits.
     Overflow,
@@ -299,14 +297,6 @@ impl fmt::Display for InputError {
                 let root = (square as f64).sqrt();
                 write!(f, "the radius {root:.2} is above {}, the greatest of {bits} bits", (1_i64 << bits) - 1)
             }
-            InputError::OffCircle { start, square, radius } => {
-                let (name, [at, radius]) =
-                    (if start { "start" } else { "end" }, [square, radius].map(|s| (s as f64).sqrt()));
-                write!(
-                    f,
-                    "the {name} point is {at:.2} from the centre: more than 1 off the circle of radius {radius:.2}"
-                )
-            }
             InputError::TooShort => {
                 write!(
                     f,
@@ -329,6 +319,16 @@ impl fmt::Display for InputError {
                     "the start point is too far from the circle: F = {value} is outside {}..{}, what {bits} bits hold",
                     -half,
                     half - 1
+                )
+            }
+            InputError::OffCircle { end: (xk, yk), start: (xh, yh) } => {
+                let radius = |x: i64, y: i64| (x as f64 * x as f64 + y as f64 * y as f64).sqrt();
+                write!(
+                    f,
+                    "the end point ({xk}, {yk}) is off the circle: it is {:.2} from the centre, the start point {:.2}, \
+                     and they may differ by less than 2",
+                    radius(xk, yk),
+                    radius(xh, yh)
                 )
             }
             InputError::Overflow => write!(f, "the end point is too far from the start point"),

@@ -63,7 +63,7 @@ pub struct ArcPath {
     pub center: [i64; 2],
     /// The start point in BLU: `−2^bits ≤ x, y < 2^bits`, and less than `2^bits` from the centre along each axis.
     pub from: [i64; 2],
-    /// The end point; as `from`, and at most 1 BLU off the circle.
+    /// The end point; as `from`, and less than 2 BLU off the circle: it and the start point may be rounded ones.
     pub to: [i64; 2],
     /// The start point as end point means a full circle; else it means that nothing is drawn.
     pub full: bool,
@@ -144,10 +144,8 @@ impl ArcPath {
         if from == [0, 0] || radius <= 0 {
             return Err(InputError::ZeroRadius);
         }
-        for (start, point) in [(true, from), (false, to)] {
-            if !within_one(square(point), radius) {
-                return Err(InputError::OffCircle { start, square: square(point), radius });
-            }
+        if !less_than_2_apart(square(to), radius) {
+            return Err(InputError::OffCircle { end: (to[0], to[1]), start: (from[0], from[1]) });
         }
         // the arc goes on from its start and has come up to its end
         let (first, last) = (quadrant(from, !clockwise), quadrant(to, clockwise));
@@ -160,7 +158,7 @@ impl ArcPath {
         let crossings = match between {
             0 if behind => 4,
             0 if ahead => 0,
-            0 if start[0] * end[1] > start[1] * end[0] => return Err(InputError::TooShort),
+            0 if start[0] * end[1] >= start[1] * end[0] => return Err(InputError::TooShort),
             0 => 4,
             n => n,
         };
@@ -184,11 +182,11 @@ const fn square([x, y]: [i64; 2]) -> i128 {
     x as i128 * x as i128 + y as i128 * y as i128
 }
 
-/// `|√a − √b| ≤ 1` for squares `a ≥ 0`, `b > 0`.
-fn within_one(a: i128, b: i128) -> bool {
+/// `|√a − √b| < 2` for squares `a ≥ 0`, `b > 0`.
+fn less_than_2_apart(a: i128, b: i128) -> bool {
     let (less, more) = if a < b { (a, b) } else { (b, a) };
-    let rest = more - less - 1;
-    rest <= 0 || rest.checked_mul(rest).is_some_and(|square| square <= 4 * less)
+    let rest = more - less - 4;
+    rest < 0 || rest.checked_mul(rest).is_some_and(|square| square < 16 * less)
 }
 
 /// A coordinate of the square root, rounded up, fits `bits` bits.
