@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::*;
-use crate::interpolate::{EfCircle, EfLine, Ideal, LineInput, Method, Request};
+use crate::interpolate::{EfCircle, EfLine, Ideal, LineInput, Method, Request, Shape};
 
 fn path(from: [i64; 2], to: [i64; 2], clockwise: bool) -> ArcPath {
     ArcPath { center: [0, 0], from, to, full: true, clockwise, f0: 0, bits: 8 }
@@ -248,5 +248,34 @@ fn lines_in_all_quadrants_are_mirror_images() {
             });
             assert!(drawn.into_iter().eq(expected), "({dx}, {dy}), signs {sx} {sy}");
         }
+    }
+}
+
+/// Through the front door: every method for arcs closes full circles and ends its arcs, in both directions.
+#[test]
+fn every_method_for_arcs_goes_through_the_quadrants() {
+    for &method in Method::ALL.iter().filter(|m| m.shape() == Shape::Arc && **m != Method::Karibsky) {
+        let mut worst = 0.0_f64;
+        for from in points(12) {
+            let square = from[0] * from[0] + from[1] * from[1];
+            for to in [from, [-from[1], from[0]], [from[0], -from[1]], [-from[0], -from[1]]] {
+                for clockwise in [false, true] {
+                    let space = |[x, y]: [i64; 2]| [x + 20, y - 30, 0];
+                    let request =
+                        Request { from: space(from), center: [20, -30], clockwise, ..Request::new(method, space(to)) };
+                    let mut drawing = request.draw().unwrap_or_else(|e| panic!("{request:?}: {e}"));
+                    let mut at = space(from);
+                    for c in &mut drawing.interpolator {
+                        at = [0, 1, 2].map(|axis| at[axis] + i64::from(c.step[axis]));
+                        assert_eq!(c.at, at, "{request:?}");
+                        worst = worst.max(off(square, [at[0] - 20, at[1] + 30, 0]).abs());
+                    }
+                    assert_eq!(at, space(to), "{request:?}");
+                    assert!(drawing.interpolator.state().end && drawing.interpolator.stopped().is_none());
+                }
+            }
+        }
+        println!("{method}: at most {worst:.4} BLU off");
+        assert!(worst < 2.0, "{method}: {worst}");
     }
 }

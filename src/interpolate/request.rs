@@ -108,16 +108,17 @@ impl Request {
             }
             None => ([xh, yh], [xk, yk], Ideal::segment([xh, yh, 0], [xk, yk, 0])),
         };
-        let (from, negative, [dx, dy, _]) = octant([from[0], from[1], 0], [to[0], to[1], 0], bits)?;
+        let from = [from[0], from[1], 0];
+        let (negative, [dx, dy, _]) = octant(from, [to[0], to[1], 0], bits)?;
         let core = line(self.method, LineInput { xh: 0, yh: 0, dx, dy, bits }, &self.options)?;
         Ok((Box::new(Mirrored::new(core, from, negative)), ideal))
     }
 
     fn line_3d(&self, bits: u32) -> Result<(Box<dyn Interpolator>, Ideal), InputError> {
         self.refuse_offset()?;
-        let (from, negative, increment) = octant(self.from, self.to, bits)?;
+        let (negative, increment) = octant(self.from, self.to, bits)?;
         let core = line_3d(self.method, Line3dInput { start: [0; 3], increment, bits }, &self.options)?;
-        Ok((Box::new(Mirrored::new(core, from, negative)), Ideal::segment(self.from, self.to)))
+        Ok((Box::new(Mirrored::new(core, self.from, negative)), Ideal::segment(self.from, self.to)))
     }
 
     fn arc(&self, bits: u32) -> Result<(Box<dyn Interpolator>, Ideal), InputError> {
@@ -150,8 +151,8 @@ impl Request {
     }
 }
 
-/// Pre-processing of a line: its start point, which axes are negative, and its increments without signs.
-fn octant(from: [i64; 3], to: [i64; 3], bits: u32) -> Result<([i64; 3], [bool; 3], [i64; 3]), InputError> {
+/// Pre-processing of a line: which of its increments are negative, and the increments without signs.
+fn octant(from: [i64; 3], to: [i64; 3], bits: u32) -> Result<([bool; 3], [i64; 3]), InputError> {
     check_bits(bits)?;
     let mut increment = [0; 3];
     for (axis, name) in ["XH", "YH", "ZH"].into_iter().enumerate() {
@@ -159,7 +160,7 @@ fn octant(from: [i64; 3], to: [i64; 3], bits: u32) -> Result<([i64; 3], [bool; 3
         let signed = to[axis].checked_sub(from[axis]).ok_or(InputError::Overflow)?;
         increment[axis] = signed.checked_abs().ok_or(InputError::Overflow)?;
     }
-    Ok((from, [0, 1, 2].map(|axis| to[axis] < from[axis]), increment))
+    Ok(([0, 1, 2].map(|axis| to[axis] < from[axis]), increment))
 }
 
 /// A line of the first quadrant.
