@@ -83,6 +83,14 @@ pub enum Stopped {
     },
     /// An arc cannot go on in the next quadrant.
     Refused(InputError),
+    /// A curve's path got to a point that the registers cannot go on from: a coordinate does not fit, or what an
+    /// accumulator would be given is 2^bits or more, and more than one carry could come of it.
+    Overflow {
+        /// The point, BLU.
+        at: [i64; 2],
+        /// Bits of the registers.
+        bits: u32,
+    },
 }
 
 impl fmt::Display for Stopped {
@@ -90,6 +98,9 @@ impl fmt::Display for Stopped {
         match *self {
             Stopped::Watchdog { clocks } => write!(f, "stopped by the watchdog: no end within {clocks} clocks"),
             Stopped::Refused(error) => write!(f, "the next quadrant is refused: {error}"),
+            Stopped::Overflow { at: [x, y], bits } => {
+                write!(f, "stopped by an overflow at ({x}, {y}): a coordinate or a derivative does not fit {bits} bits")
+            }
         }
     }
 }

@@ -131,8 +131,8 @@ impl ArcPath {
         check_bits(bits)?;
         let names = [["XH", "YH"], ["XK", "YK"]];
         for (names, point) in names.into_iter().zip([self.from, self.to]) {
-            check_signed(names[0], point[0], bits)?;
-            check_signed(names[1], point[1], bits)?;
+            check_signed(names[0], point[0], bits + 1)?;
+            check_signed(names[1], point[1], bits + 1)?;
         }
         let (from, to) = (self.relative(self.from)?, self.relative(self.to)?);
         for point in [from, to] {

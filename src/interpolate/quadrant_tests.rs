@@ -204,7 +204,7 @@ fn arcs_are_refused_with_their_limit() {
     assert!(ArcPath { to: [3, 6], ..ok }.cut().is_ok() && ArcPath { to: [4, 6], ..ok }.cut().is_err());
     assert_eq!(
         refused(ArcPath { from: [256, 0], ..ok }),
-        "XH = 256 is outside -256..255, what 9 bits hold, one of them the sign"
+        "XH = 256 is outside -256..255, what 9 bits hold in two's complement"
     );
     assert_eq!(
         refused(ArcPath { center: [-251, 0], ..ok }),

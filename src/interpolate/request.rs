@@ -2,8 +2,8 @@
 
 use super::input::{check_bits, check_signed};
 use super::{
-    ArcInput, ArcPath, Ideal, InputError, Interpolator, Line3dInput, LineInput, MAX_BITS, Method, Mirrored, Offset,
-    Quadrants, Shape, dda, evaluation,
+    ArcInput, ArcPath, CurveInput, Ideal, InputError, Interpolator, Line3dInput, LineInput, MAX_BITS, Method, Mirrored,
+    Offset, Quadrants, Shape, dda, evaluation,
 };
 
 /// How a method works; the default is each method's own default.
@@ -94,7 +94,7 @@ impl Request {
             Shape::Line => self.line(bits)?,
             Shape::Line3d => self.line_3d(bits)?,
             Shape::Arc => self.arc(bits)?,
-            Shape::Curve => return Err(InputError::Missing { method: self.method, option: "--conic" }),
+            Shape::Curve => self.curve(bits)?,
         };
         Ok(Drawing { interpolator, ideal, bits })
     }
@@ -143,6 +143,15 @@ impl Request {
         Ok((Box::new(arc), ideal))
     }
 
+    fn curve(&self, bits: u32) -> Result<(Box<dyn Interpolator>, Ideal), InputError> {
+        self.refuse_offset()?;
+        let coefficients = self.conic.ok_or(InputError::Missing { method: self.method, option: "--conic" })?;
+        let (start, end) = ([self.from[0], self.from[1]], [self.to[0], self.to[1]]);
+        let input = CurveInput { coefficients, start, end, clockwise: self.clockwise, bits };
+        let ideal = Ideal::Conic { coefficients: coefficients.map(|v| v as f64) };
+        Ok((dda::curve::build(input, &self.options)?, ideal))
+    }
+
     fn refuse_offset(&self) -> Result<(), InputError> {
         match self.offset {
             Some(_) => Err(InputError::Option { method: self.method, option: "--offset" }),
@@ -156,7 +165,7 @@ fn octant(from: [i64; 3], to: [i64; 3], bits: u32) -> Result<([bool; 3], [i64; 3
     check_bits(bits)?;
     let mut increment = [0; 3];
     for (axis, name) in ["XH", "YH", "ZH"].into_iter().enumerate() {
-        check_signed(name, from[axis], bits)?;
+        check_signed(name, from[axis], bits + 1)?;
         let signed = to[axis].checked_sub(from[axis]).ok_or(InputError::Overflow)?;
         increment[axis] = signed.checked_abs().ok_or(InputError::Overflow)?;
     }
