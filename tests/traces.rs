@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use discreta::interpolate::{
-    ArcInput, EfCircle, EfCirclePrinted, EfLine, Interpolator, Karibsky, KaribskyPrinted, LineInput,
+    ArcInput, DdaLine3d, EfCircle, EfCirclePrinted, EfLine, EfLine3d, Interpolator, Karibsky, KaribskyPrinted,
+    Line3dInput, LineInput,
 };
 use vcd::{IdCode, ScopeItem, Value};
 
@@ -31,7 +32,14 @@ const ALGORITHMS: &[(&str, Start)] = &[
     ("evaluation/karibsky_cw_", |net| Box::new(Karibsky::new(arc(net, true)).unwrap())),
     ("evaluation/karibsky_gates_cw_", |net| Box::new(Karibsky::new(arc(net, true)).unwrap())),
     ("evaluation/karibsky_", |net| Box::new(Karibsky::new(arc(net, false)).unwrap())),
+    ("three_axis/line_", |net| Box::new(EfLine3d::new(line_3d(net, 8)).unwrap())),
+    ("three_axis/dda_line_half_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), true).unwrap())),
+    ("three_axis/dda_line_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), false).unwrap())),
 ];
+
+fn line_3d(net: &dyn Fn(&str) -> i64, bits: u32) -> Line3dInput {
+    Line3dInput { start: ["xh", "yh", "zh"].map(net), increment: ["dx", "dy", "dz"].map(net), bits }
+}
 
 /// What the inputs of an arc's circuit say; `f0` has 10 bits in two's complement.
 fn arc(net: &dyn Fn(&str) -> i64, clockwise: bool) -> ArcInput {
