@@ -1,9 +1,9 @@
-//! The arcs by evaluation function: the circuit of registers, the circuit of gates and the algorithm agree on every
-//! clock, in both directions.
+//! The arcs by evaluation function and by Karibsky's rule: the circuit of registers, the circuit of gates and the
+//! algorithm agree on every clock, in both directions.
 
 mod support;
 
-use discreta::interpolate::{ArcInput, Columns, EfCircle, Interpolator};
+use discreta::interpolate::{ArcInput, Columns, EfCircle, Interpolator, Karibsky};
 use support::Rng;
 use support::bench::{Bench, circuit};
 
@@ -13,10 +13,16 @@ struct Method {
     algorithm: fn(ArcInput) -> Box<dyn Interpolator>,
 }
 
-const METHODS: [Method; 1] = [Method {
-    circuits: ["circuits/evaluation/circle.json", "circuits/evaluation/circle_gates.json"],
-    algorithm: |input| Box::new(EfCircle::new(input).unwrap()),
-}];
+const METHODS: [Method; 2] = [
+    Method {
+        circuits: ["circuits/evaluation/circle.json", "circuits/evaluation/circle_gates.json"],
+        algorithm: |input| Box::new(EfCircle::new(input).unwrap()),
+    },
+    Method {
+        circuits: ["circuits/evaluation/karibsky.json", "circuits/evaluation/karibsky_gates.json"],
+        algorithm: |input| Box::new(Karibsky::new(input).unwrap()),
+    },
+];
 
 /// Draws the arcs one after another with every method, each circuit for the arcs of its direction.
 fn check_all(what: &str, bits: u32, arcs: &[ArcInput]) {

@@ -111,7 +111,7 @@ fn every_normalised_line_ends_at_clock_2_to_the_p_less_s_on_the_same_points() {
                 n += 1;
                 assert_eq!(c.sum[2], i64::from(s));
                 // the point that the line without normalisation has at clock n·2^s
-                assert_eq!(c.at, [(n * dx << s) / volume, (n * dy << s) / volume, 0]);
+                assert_eq!(c.at, [((n * dx) << s) / volume, ((n * dy) << s) / volume, 0]);
             }
             assert_eq!(n, volume >> s, "({dx}, {dy})");
         }

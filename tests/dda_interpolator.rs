@@ -4,7 +4,7 @@
 mod support;
 
 use discreta::circuit::Circuit;
-use discreta::interpolate::{ArcInput, DdaCircle, DdaLine, Interpolator, LineInput, Options};
+use discreta::interpolate::{ArcInput, Columns, DdaCircle, DdaLine, Interpolator, LineInput, Options};
 use support::Rng;
 use support::bench::{Bench, circuit};
 
@@ -65,7 +65,7 @@ fn draw<I: Copy + std::fmt::Debug, A: Interpolator>(
     let mut bench: Option<Bench<'_>> = None;
     for input in inputs {
         let mut algorithm = algorithm(input);
-        let bench = bench.get_or_insert_with(|| Bench::new(circuit, algorithm.columns()));
+        let bench = bench.get_or_insert_with(|| Bench::new(circuit, Columns::DDA_NORMALISED));
         let mask = (1 << input_bits(circuit)) - 1;
         let names = ["xh", "yh", "dx", "dy"].map(|name| bench.input(name));
         let values: Vec<_> = names.into_iter().zip(ports(input).map(|v| (v & mask) as u64)).collect();

@@ -1,7 +1,10 @@
 //! For each shipped circuit the cases of a short proof: inputs, and the algorithm that says what comes of them.
 
 use discreta::circuit::Circuit;
-use discreta::interpolate::{DdaLine3d, EfLine, EfLine3d, Interpolator, Line3dInput, LineInput};
+use discreta::interpolate::{
+    ArcInput, Clock, Columns, DdaCircle, DdaLine, DdaLine3d, EfCircle, EfLine, EfLine3d, Interpolator, Karibsky,
+    Line3dInput, LineInput, Options,
+};
 
 use super::bench::Bench;
 
@@ -32,15 +35,72 @@ impl Proof {
     }
 }
 
-/// Every circuit that has one.
+/// Every circuit that has one, and one for each choice of its parameters that adds to it.
 pub const PROOFS: &[Proof] = &[
     Proof { path: "evaluation/line.json", parameters: &[("W", 3)], cases: ef_lines },
     Proof { path: "evaluation/line_gates.json", parameters: &[("W", 3)], cases: ef_lines },
+    Proof { path: "evaluation/circle.json", parameters: COUNTER_CLOCKWISE, cases: ef_circles },
+    Proof { path: "evaluation/circle.json", parameters: CLOCKWISE, cases: clockwise_ef_circles },
+    Proof { path: "evaluation/circle_gates.json", parameters: COUNTER_CLOCKWISE, cases: ef_circles },
+    Proof { path: "evaluation/circle_gates.json", parameters: CLOCKWISE, cases: clockwise_ef_circles },
+    Proof { path: "evaluation/karibsky.json", parameters: COUNTER_CLOCKWISE, cases: karibsky },
+    Proof { path: "evaluation/karibsky.json", parameters: CLOCKWISE, cases: clockwise_karibsky },
+    Proof { path: "evaluation/karibsky_gates.json", parameters: COUNTER_CLOCKWISE, cases: karibsky },
+    Proof { path: "evaluation/karibsky_gates.json", parameters: CLOCKWISE, cases: clockwise_karibsky },
     Proof { path: "three_axis/line.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/line_gates.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/dda_line.json", parameters: &[("W", 2)], cases: dda_lines_3d },
     Proof { path: "three_axis/dda_line_gates.json", parameters: &[("W", 2)], cases: dda_lines_3d },
+    Proof { path: "dda/line.json", parameters: &[("W", 3)], cases: || dda_lines(PLAIN) },
+    Proof {
+        path: "dda/line.json",
+        parameters: &[("W", 3), ("HALF", 1), ("NORMALISE", 1)],
+        cases: || dda_lines(HALF_NORMALISED),
+    },
+    Proof { path: "dda/circle.json", parameters: COUNTER_CLOCKWISE, cases: || dda_circles(false, PLAIN) },
+    Proof { path: "dda/circle.json", parameters: CLOCKWISE, cases: || dda_circles(true, PLAIN) },
+    Proof {
+        path: "dda/circle.json",
+        parameters: &[("W", 3), ("HALF", 1), ("PARALLEL", 1)],
+        cases: || dda_circles(false, Options { half_preload: true, parallel: true, ..PLAIN }),
+    },
+    Proof {
+        path: "dda/circle.json",
+        parameters: &[("W", 3), ("HALF", 1), ("NORMALISE", 1)],
+        cases: || dda_circles(false, HALF_NORMALISED),
+    },
+    Proof {
+        path: "dda/circle.json",
+        parameters: &[("W", 3), ("CLOCKWISE", 1), ("PARALLEL", 1), ("NORMALISE", 1)],
+        cases: || dda_circles(true, Options { parallel: true, normalise: true, ..PLAIN }),
+    },
+    Proof { path: "dda/line_gates.json", parameters: &[("W", 3)], cases: || dda_lines(PLAIN) },
+    Proof {
+        path: "dda/line_gates.json",
+        parameters: &[("W", 3), ("HALF", 1), ("NORMALISE", 1)],
+        cases: || dda_lines(HALF_NORMALISED),
+    },
+    Proof { path: "dda/circle_gates.json", parameters: COUNTER_CLOCKWISE, cases: || dda_circles(false, PLAIN) },
+    Proof { path: "dda/circle_gates.json", parameters: CLOCKWISE, cases: || dda_circles(true, PLAIN) },
+    Proof {
+        path: "dda/circle_gates.json",
+        parameters: &[("W", 3), ("HALF", 1), ("PARALLEL", 1)],
+        cases: || dda_circles(false, Options { half_preload: true, parallel: true, ..PLAIN }),
+    },
+    Proof {
+        path: "dda/circle_gates.json",
+        parameters: &[("W", 3), ("HALF", 1), ("NORMALISE", 1)],
+        cases: || dda_circles(false, HALF_NORMALISED),
+    },
+    Proof {
+        path: "dda/circle_gates.json",
+        parameters: &[("W", 3), ("CLOCKWISE", 1), ("PARALLEL", 1), ("NORMALISE", 1)],
+        cases: || dda_circles(true, Options { parallel: true, normalise: true, ..PLAIN }),
+    },
 ];
+
+const COUNTER_CLOCKWISE: &[(&str, i64)] = &[("W", 3), ("CLOCKWISE", 0)];
+const CLOCKWISE: &[(&str, i64)] = &[("W", 3), ("CLOCKWISE", 1)];
 
 /// Every line of 3 bits, from start points that change.
 fn lines(algorithm: impl Fn(LineInput) -> Box<dyn Interpolator>) -> Vec<Case> {
@@ -56,6 +116,37 @@ fn lines(algorithm: impl Fn(LineInput) -> Box<dyn Interpolator>) -> Vec<Case> {
 
 fn ef_lines() -> Vec<Case> {
     lines(|input| Box::new(EfLine::new(input).unwrap()))
+}
+
+/// Every arc of 3 bits between two points of the quadrant, with an `F₀` that changes.
+fn arcs(clockwise: bool, algorithm: impl Fn(ArcInput) -> Box<dyn Interpolator>) -> Vec<Case> {
+    let points = || (0..8).flat_map(|x| (0..8).map(move |y| (x, y))).skip(1);
+    let mut cases = Vec::new();
+    for (from, to) in points().flat_map(|from| points().map(move |to| (from, to))) {
+        let f0 = [0, -(from.0 + to.1), from.1 + to.0][cases.len() % 3];
+        let input = ArcInput { f0, ..ArcInput::between(from, to, clockwise, 3) };
+        if input.check().is_ok() {
+            let inputs = [("dx", input.dx), ("dy", input.dy), ("xh", input.xh), ("yh", input.yh), ("f0", f0)];
+            cases.push((inputs.map(|(name, v)| (name, v as u64)).to_vec(), algorithm(input)));
+        }
+    }
+    cases
+}
+
+fn ef_circles() -> Vec<Case> {
+    arcs(false, |input| Box::new(EfCircle::new(input).unwrap()))
+}
+
+fn clockwise_ef_circles() -> Vec<Case> {
+    arcs(true, |input| Box::new(EfCircle::new(input).unwrap()))
+}
+
+fn karibsky() -> Vec<Case> {
+    arcs(false, |input| Box::new(Karibsky::new(input).unwrap()))
+}
+
+fn clockwise_karibsky() -> Vec<Case> {
+    arcs(true, |input| Box::new(Karibsky::new(input).unwrap()))
 }
 
 /// Every line in space of 2 bits, from start points that change.
@@ -77,4 +168,45 @@ fn ef_lines_3d() -> Vec<Case> {
 
 fn dda_lines_3d() -> Vec<Case> {
     lines_3d(|input| Box::new(DdaLine3d::new(input, false).unwrap()))
+}
+
+const PLAIN: Options =
+    Options { as_printed: false, half_preload: false, parallel: false, normalise: false, centred: false };
+const HALF_NORMALISED: Options = Options { half_preload: true, normalise: true, ..PLAIN };
+
+/// An interpolator by differential increments, whose number of shifts is compared also where it is 0 throughout.
+struct WithShifts<I>(I);
+
+impl<I: Interpolator> Iterator for WithShifts<I> {
+    type Item = Clock;
+
+    fn next(&mut self) -> Option<Clock> {
+        self.0.next()
+    }
+}
+
+impl<I: Interpolator> Interpolator for WithShifts<I> {
+    fn state(&self) -> Clock {
+        self.0.state()
+    }
+
+    fn columns(&self) -> Columns {
+        Columns::DDA_NORMALISED
+    }
+}
+
+fn dda_lines(options: Options) -> Vec<Case> {
+    lines(|input| Box::new(WithShifts(DdaLine::new(input, &options).unwrap())))
+}
+
+/// Every arc of 3 bits that is not refused.
+fn dda_circles(clockwise: bool, options: Options) -> Vec<Case> {
+    let points = || (0..8).flat_map(|x| (0..8).map(move |y| (x, y)));
+    let inputs = points().flat_map(|from| points().map(move |to| ArcInput::between(from, to, clockwise, 3)));
+    let cases = inputs.filter_map(|input| {
+        let circle = DdaCircle::new(input, &options).ok()?;
+        let inputs = [("dx", input.dx), ("dy", input.dy), ("xh", input.xh), ("yh", input.yh)];
+        Some((inputs.map(|(name, v)| (name, v as u64)).to_vec(), Box::new(WithShifts(circle)) as Box<dyn Interpolator>))
+    });
+    cases.collect()
 }
