@@ -71,8 +71,8 @@ pub const PROOFS: &[Proof] = &[
     },
     Proof {
         path: "dda/circle.json",
-        parameters: &[("W", 3), ("CLOCKWISE", 1), ("PARALLEL", 1), ("NORMALISE", 1)],
-        cases: || dda_circles(true, Options { parallel: true, normalise: true, ..PLAIN }),
+        parameters: &[("W", 3), ("CLOCKWISE", 1), ("NORMALISE", 1)],
+        cases: || dda_circles(true, Options { normalise: true, ..PLAIN }),
     },
     Proof { path: "dda/line_gates.json", parameters: &[("W", 3)], cases: || dda_lines(PLAIN) },
     Proof {
@@ -94,8 +94,8 @@ pub const PROOFS: &[Proof] = &[
     },
     Proof {
         path: "dda/circle_gates.json",
-        parameters: &[("W", 3), ("CLOCKWISE", 1), ("PARALLEL", 1), ("NORMALISE", 1)],
-        cases: || dda_circles(true, Options { parallel: true, normalise: true, ..PLAIN }),
+        parameters: &[("W", 3), ("CLOCKWISE", 1), ("NORMALISE", 1)],
+        cases: || dda_circles(true, Options { normalise: true, ..PLAIN }),
     },
 ];
 
