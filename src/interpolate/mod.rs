@@ -15,6 +15,8 @@ pub mod method;
 pub mod request;
 
 pub use clock::{Clock, Columns, Interpolator, Stopped, Watchdog};
+pub use dda::circle::{DdaCircle, DdaCirclePrinted};
+pub use dda::line::{DdaLine, DdaLinePrinted};
 pub use dda::line_3d::DdaLine3d;
 pub use evaluation::circle::{EfCircle, EfCirclePrinted};
 pub use evaluation::fast_circle::{EfCircleFast, EfCircleFastPrinted};

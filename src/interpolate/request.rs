@@ -13,6 +13,8 @@ pub struct Options {
     pub half_preload: bool,
     /// DDA circle and curve: both axes from the old coordinates, instead of y from the new x.
     pub parallel: bool,
+    /// DDA line and circle: what is added is shifted left until a top bit is set.
+    pub normalise: bool,
     /// Lines by evaluation function: `F` begins in the middle of its range.
     pub centred: bool,
 }
@@ -60,7 +62,13 @@ impl Request {
             clockwise: false,
             conic: None,
             bits: None,
-            options: Options { as_printed: false, half_preload: false, parallel: false, centred: false },
+            options: Options {
+                as_printed: false,
+                half_preload: false,
+                parallel: false,
+                normalise: false,
+                centred: false,
+            },
         }
     }
 
@@ -111,6 +119,7 @@ impl Request {
 pub(super) fn line(method: Method, input: LineInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     match method {
         Method::EfLine => evaluation::line::build(input, options),
+        Method::DdaLine => dda::line::build(input, options),
         Method::EfLineFast => evaluation::fast_line::build(input, options),
         _ => Err(InputError::Missing { method, option: "an algorithm" }),
     }
@@ -133,6 +142,7 @@ pub(super) fn line_3d(
 pub(super) fn arc(method: Method, input: ArcInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     match method {
         Method::EfCircle | Method::Grossman => evaluation::circle::build(input, options),
+        Method::DdaCircle => dda::circle::build(input, options),
         Method::EfCircleFast => evaluation::fast_circle::build(input, options),
         _ => Err(InputError::Missing { method, option: "an algorithm" }),
     }
