@@ -1,7 +1,7 @@
 //! For each shipped circuit the cases of a short proof: inputs, and the algorithm that says what comes of them.
 
 use discreta::circuit::Circuit;
-use discreta::interpolate::{EfLine, Interpolator, LineInput};
+use discreta::interpolate::{ArcInput, EfCircleFast, EfLine, EfLineFast, EfLineFastPrinted, Interpolator, LineInput};
 
 use super::bench::Bench;
 
@@ -32,10 +32,33 @@ impl Proof {
     }
 }
 
-/// Every circuit that has one.
+/// Every circuit that has one, and one for each choice of its parameters that adds to it.
 pub const PROOFS: &[Proof] = &[
     Proof { path: "evaluation/line.json", parameters: &[("W", 3)], cases: ef_lines },
     Proof { path: "evaluation/line_gates.json", parameters: &[("W", 3)], cases: ef_lines },
+    Proof { path: "evaluation/line.json", parameters: &[("W", 3), ("CENTRED", 1)], cases: centred_ef_lines },
+    Proof { path: "evaluation/line_gates.json", parameters: &[("W", 3), ("CENTRED", 1)], cases: centred_ef_lines },
+    Proof { path: "evaluation/fast_line_x.json", parameters: &[("W", 3)], cases: fast_lines_x },
+    Proof { path: "evaluation/fast_line.json", parameters: &[("W", 3)], cases: fast_lines },
+    Proof { path: "evaluation/fast_line_gates.json", parameters: &[("W", 3)], cases: fast_lines },
+    Proof { path: "evaluation/fast_line.json", parameters: &[("W", 3), ("CENTRED", 1)], cases: centred_fast_lines },
+    Proof {
+        path: "evaluation/fast_line_gates.json",
+        parameters: &[("W", 3), ("CENTRED", 1)],
+        cases: centred_fast_lines,
+    },
+    Proof { path: "evaluation/fast_circle.json", parameters: &[("W", 3)], cases: fast_circles },
+    Proof { path: "evaluation/fast_circle_gates.json", parameters: &[("W", 3)], cases: fast_circles },
+    Proof {
+        path: "evaluation/fast_circle.json",
+        parameters: &[("W", 3), ("CLOCKWISE", 1)],
+        cases: clockwise_fast_circles,
+    },
+    Proof {
+        path: "evaluation/fast_circle_gates.json",
+        parameters: &[("W", 3), ("CLOCKWISE", 1)],
+        cases: clockwise_fast_circles,
+    },
 ];
 
 /// Every line of 3 bits, from start points that change.
@@ -52,4 +75,46 @@ fn lines(algorithm: impl Fn(LineInput) -> Box<dyn Interpolator>) -> Vec<Case> {
 
 fn ef_lines() -> Vec<Case> {
     lines(|input| Box::new(EfLine::new(input).unwrap()))
+}
+
+fn centred_ef_lines() -> Vec<Case> {
+    lines(|input| Box::new(EfLine::centred(input).unwrap()))
+}
+
+fn fast_lines() -> Vec<Case> {
+    lines(|input| Box::new(EfLineFast::new(input).unwrap()))
+}
+
+fn centred_fast_lines() -> Vec<Case> {
+    lines(|input| Box::new(EfLineFast::centred(input).unwrap()))
+}
+
+/// Without the lines that are not for this circuit, where y leads.
+fn fast_lines_x() -> Vec<Case> {
+    let mut cases = lines(|input| Box::new(EfLineFastPrinted::diagram(input).unwrap()));
+    cases.retain(|(inputs, _)| inputs[0].1 >= inputs[1].1);
+    cases
+}
+
+/// Every arc of 3 bits between two points of the quadrant, with an `F₀` that changes.
+fn arcs(clockwise: bool, algorithm: impl Fn(ArcInput) -> Box<dyn Interpolator>) -> Vec<Case> {
+    let points = || (0..8).flat_map(|x| (0..8).map(move |y| (x, y))).skip(1);
+    let mut cases = Vec::new();
+    for (from, to) in points().flat_map(|from| points().map(move |to| (from, to))) {
+        let f0 = [0, -(from.0 + to.1), from.1 + to.0][cases.len() % 3];
+        let input = ArcInput { f0, ..ArcInput::between(from, to, clockwise, 3) };
+        if input.check().is_ok() {
+            let inputs = [("dx", input.dx), ("dy", input.dy), ("xh", input.xh), ("yh", input.yh), ("f0", f0)];
+            cases.push((inputs.map(|(name, v)| (name, v as u64)).to_vec(), algorithm(input)));
+        }
+    }
+    cases
+}
+
+fn fast_circles() -> Vec<Case> {
+    arcs(false, |input| Box::new(EfCircleFast::new(input).unwrap()))
+}
+
+fn clockwise_fast_circles() -> Vec<Case> {
+    arcs(true, |input| Box::new(EfCircleFast::new(input).unwrap()))
 }
