@@ -1,7 +1,10 @@
 //! For each shipped circuit the cases of a short proof: inputs, and the algorithm that says what comes of them.
 
 use discreta::circuit::Circuit;
-use discreta::interpolate::{ArcInput, EfCircleFast, EfLine, EfLineFast, EfLineFastPrinted, Interpolator, LineInput};
+use discreta::interpolate::{
+    ArcInput, DdaLine3d, EfCircleFast, EfLine, EfLine3d, EfLineFast, EfLineFastPrinted, Interpolator, Line3dInput,
+    LineInput,
+};
 
 use super::bench::Bench;
 
@@ -59,6 +62,10 @@ pub const PROOFS: &[Proof] = &[
         parameters: &[("W", 3), ("CLOCKWISE", 1)],
         cases: clockwise_fast_circles,
     },
+    Proof { path: "three_axis/line.json", parameters: &[("W", 2)], cases: ef_lines_3d },
+    Proof { path: "three_axis/line_gates.json", parameters: &[("W", 2)], cases: ef_lines_3d },
+    Proof { path: "three_axis/dda_line.json", parameters: &[("W", 2)], cases: dda_lines_3d },
+    Proof { path: "three_axis/dda_line_gates.json", parameters: &[("W", 2)], cases: dda_lines_3d },
 ];
 
 /// Every line of 3 bits, from start points that change.
@@ -117,4 +124,25 @@ fn fast_circles() -> Vec<Case> {
 
 fn clockwise_fast_circles() -> Vec<Case> {
     arcs(true, |input| Box::new(EfCircleFast::new(input).unwrap()))
+}
+
+/// Every line in space of 2 bits, from start points that change.
+fn lines_3d(algorithm: impl Fn(Line3dInput) -> Box<dyn Interpolator>) -> Vec<Case> {
+    (0..64)
+        .map(|k| {
+            let increment = [k >> 4, (k >> 2) & 3, k & 3];
+            let start = [(k + 1) & 3, (k / 3) & 3, (k / 5) & 3];
+            let names = ["dx", "dy", "dz", "xh", "yh", "zh"].into_iter();
+            let inputs = names.zip(increment.into_iter().chain(start)).map(|(name, v)| (name, v as u64)).collect();
+            (inputs, algorithm(Line3dInput { start, increment, bits: 2 }))
+        })
+        .collect()
+}
+
+fn ef_lines_3d() -> Vec<Case> {
+    lines_3d(|input| Box::new(EfLine3d::new(input).unwrap()))
+}
+
+fn dda_lines_3d() -> Vec<Case> {
+    lines_3d(|input| Box::new(DdaLine3d::new(input, false).unwrap()))
 }
