@@ -1,9 +1,9 @@
-//! The arcs by evaluation function: the circuit of registers, the circuit of gates and the algorithm agree on every
-//! clock, in both directions.
+//! The arcs by evaluation function and by Karibsky's rule: the circuit of registers, the circuit of gates and the
+//! algorithm agree on every clock, in both directions.
 
 mod support;
 
-use discreta::interpolate::{ArcInput, Columns, EfCircle, EfCircleFast, InputError, Interpolator};
+use discreta::interpolate::{ArcInput, Columns, EfCircle, EfCircleFast, InputError, Interpolator, Karibsky};
 use support::Rng;
 use support::bench::{Bench, circuit};
 
@@ -13,7 +13,7 @@ struct Method {
     algorithm: fn(ArcInput) -> Result<Box<dyn Interpolator>, InputError>,
 }
 
-const METHODS: [Method; 2] = [
+const METHODS: [Method; 3] = [
     Method {
         circuits: ["circuits/evaluation/circle.json", "circuits/evaluation/circle_gates.json"],
         algorithm: |input| Ok(Box::new(EfCircle::new(input)?)),
@@ -21,6 +21,10 @@ const METHODS: [Method; 2] = [
     Method {
         circuits: ["circuits/evaluation/fast_circle.json", "circuits/evaluation/fast_circle_gates.json"],
         algorithm: |input| Ok(Box::new(EfCircleFast::new(input)?)),
+    },
+    Method {
+        circuits: ["circuits/evaluation/karibsky.json", "circuits/evaluation/karibsky_gates.json"],
+        algorithm: |input| Ok(Box::new(Karibsky::new(input)?)),
     },
 ];
 

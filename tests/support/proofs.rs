@@ -2,8 +2,8 @@
 
 use discreta::circuit::Circuit;
 use discreta::interpolate::{
-    ArcInput, DdaLine3d, EfCircleFast, EfLine, EfLine3d, EfLineFast, EfLineFastPrinted, Interpolator, Line3dInput,
-    LineInput,
+    ArcInput, DdaLine3d, EfCircle, EfCircleFast, EfLine, EfLine3d, EfLineFast, EfLineFastPrinted, Interpolator,
+    Karibsky, Line3dInput, LineInput,
 };
 
 use super::bench::Bench;
@@ -39,34 +39,34 @@ impl Proof {
 pub const PROOFS: &[Proof] = &[
     Proof { path: "evaluation/line.json", parameters: &[("W", 3)], cases: ef_lines },
     Proof { path: "evaluation/line_gates.json", parameters: &[("W", 3)], cases: ef_lines },
-    Proof { path: "evaluation/line.json", parameters: &[("W", 3), ("CENTRED", 1)], cases: centred_ef_lines },
-    Proof { path: "evaluation/line_gates.json", parameters: &[("W", 3), ("CENTRED", 1)], cases: centred_ef_lines },
+    Proof { path: "evaluation/line.json", parameters: CENTRED, cases: centred_ef_lines },
+    Proof { path: "evaluation/line_gates.json", parameters: CENTRED, cases: centred_ef_lines },
     Proof { path: "evaluation/fast_line_x.json", parameters: &[("W", 3)], cases: fast_lines_x },
     Proof { path: "evaluation/fast_line.json", parameters: &[("W", 3)], cases: fast_lines },
     Proof { path: "evaluation/fast_line_gates.json", parameters: &[("W", 3)], cases: fast_lines },
-    Proof { path: "evaluation/fast_line.json", parameters: &[("W", 3), ("CENTRED", 1)], cases: centred_fast_lines },
-    Proof {
-        path: "evaluation/fast_line_gates.json",
-        parameters: &[("W", 3), ("CENTRED", 1)],
-        cases: centred_fast_lines,
-    },
+    Proof { path: "evaluation/fast_line.json", parameters: CENTRED, cases: centred_fast_lines },
+    Proof { path: "evaluation/fast_line_gates.json", parameters: CENTRED, cases: centred_fast_lines },
     Proof { path: "evaluation/fast_circle.json", parameters: &[("W", 3)], cases: fast_circles },
     Proof { path: "evaluation/fast_circle_gates.json", parameters: &[("W", 3)], cases: fast_circles },
-    Proof {
-        path: "evaluation/fast_circle.json",
-        parameters: &[("W", 3), ("CLOCKWISE", 1)],
-        cases: clockwise_fast_circles,
-    },
-    Proof {
-        path: "evaluation/fast_circle_gates.json",
-        parameters: &[("W", 3), ("CLOCKWISE", 1)],
-        cases: clockwise_fast_circles,
-    },
+    Proof { path: "evaluation/fast_circle.json", parameters: CLOCKWISE, cases: clockwise_fast_circles },
+    Proof { path: "evaluation/fast_circle_gates.json", parameters: CLOCKWISE, cases: clockwise_fast_circles },
+    Proof { path: "evaluation/circle.json", parameters: COUNTER_CLOCKWISE, cases: ef_circles },
+    Proof { path: "evaluation/circle.json", parameters: CLOCKWISE, cases: clockwise_ef_circles },
+    Proof { path: "evaluation/circle_gates.json", parameters: COUNTER_CLOCKWISE, cases: ef_circles },
+    Proof { path: "evaluation/circle_gates.json", parameters: CLOCKWISE, cases: clockwise_ef_circles },
+    Proof { path: "evaluation/karibsky.json", parameters: COUNTER_CLOCKWISE, cases: karibsky },
+    Proof { path: "evaluation/karibsky.json", parameters: CLOCKWISE, cases: clockwise_karibsky },
+    Proof { path: "evaluation/karibsky_gates.json", parameters: COUNTER_CLOCKWISE, cases: karibsky },
+    Proof { path: "evaluation/karibsky_gates.json", parameters: CLOCKWISE, cases: clockwise_karibsky },
     Proof { path: "three_axis/line.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/line_gates.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/dda_line.json", parameters: &[("W", 2)], cases: dda_lines_3d },
     Proof { path: "three_axis/dda_line_gates.json", parameters: &[("W", 2)], cases: dda_lines_3d },
 ];
+
+const COUNTER_CLOCKWISE: &[(&str, i64)] = &[("W", 3), ("CLOCKWISE", 0)];
+const CENTRED: &[(&str, i64)] = &[("W", 3), ("CENTRED", 1)];
+const CLOCKWISE: &[(&str, i64)] = &[("W", 3), ("CLOCKWISE", 1)];
 
 /// Every line of 3 bits, from start points that change.
 fn lines(algorithm: impl Fn(LineInput) -> Box<dyn Interpolator>) -> Vec<Case> {
@@ -124,6 +124,22 @@ fn fast_circles() -> Vec<Case> {
 
 fn clockwise_fast_circles() -> Vec<Case> {
     arcs(true, |input| Box::new(EfCircleFast::new(input).unwrap()))
+}
+
+fn ef_circles() -> Vec<Case> {
+    arcs(false, |input| Box::new(EfCircle::new(input).unwrap()))
+}
+
+fn clockwise_ef_circles() -> Vec<Case> {
+    arcs(true, |input| Box::new(EfCircle::new(input).unwrap()))
+}
+
+fn karibsky() -> Vec<Case> {
+    arcs(false, |input| Box::new(Karibsky::new(input).unwrap()))
+}
+
+fn clockwise_karibsky() -> Vec<Case> {
+    arcs(true, |input| Box::new(Karibsky::new(input).unwrap()))
 }
 
 /// Every line in space of 2 bits, from start points that change.
