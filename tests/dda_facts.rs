@@ -226,6 +226,19 @@ fn every_arc_ends_within_the_bound_of_the_watchdog() {
     assert_eq!(most, 49);
 }
 
+/// The greatest quarter: its bound passes 64 bits, and it begins nevertheless.
+#[test]
+fn the_greatest_quarter_begins() {
+    let r = (1 << 32) - 1;
+    let circle = DdaCircle::new(quarter(r, 32), &PLAIN).unwrap();
+    assert_eq!(circle.bound(), u64::MAX);
+    let request = Request { from: [r, 0, 0], ..Request::new(Method::DdaCircle, [0, r, 0]) };
+    let mut drawing = request.draw().unwrap();
+    // r, 2r − 2^32, …: a carry on every clock but the first
+    assert_eq!(drawing.bits, 32);
+    assert_eq!(letters(drawing.interpolator.by_ref().take(5)), "-YYYY");
+}
+
 /// A clock that shifts by s stands for 2^s clocks, each R/(V·2^p) long: the way made is V·t at every clock.
 #[test]
 fn quarters_keep_their_speed() {

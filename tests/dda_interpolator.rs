@@ -238,3 +238,19 @@ fn a_sample_of_16_bits() {
         }
     }
 }
+
+/// Normalised, a short line or arc is quick in wide registers too.
+#[test]
+fn the_widest_registers() {
+    for bits in [24, 32] {
+        for setting in Setting::all().filter(|s| s.normalise) {
+            for path in LINES.into_iter().filter(|_| !setting.parallel && !setting.clockwise) {
+                let wide = |(dx, dy)| LineInput { xh: -1, yh: (1 << bits) - 3, dx, dy, bits };
+                lines(path, setting, bits, pairs(4).map(wide));
+            }
+            for path in CIRCLES {
+                arcs(path, setting, bits, every_arc(3).map(|arc| ArcInput { bits, ..arc }).step_by(5));
+            }
+        }
+    }
+}
