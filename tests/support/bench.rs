@@ -137,6 +137,11 @@ impl<'c> Bench<'c> {
         }
     }
 
+    /// What a net shows; nothing while a bit is unknown.
+    pub fn number(&self, name: &str) -> Option<u64> {
+        self.sim.number(&self.sim.probe(name).unwrap_or_else(|e| panic!("{e}")))
+    }
+
     /// An input by its name.
     pub fn input(&self, name: &str) -> Input {
         self.sim.input(name).unwrap_or_else(|e| panic!("{e}"))
