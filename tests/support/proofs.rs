@@ -2,7 +2,8 @@
 
 use discreta::circuit::Circuit;
 use discreta::interpolate::{
-    ArcInput, DdaLine3d, EfCircle, EfLine, EfLine3d, Interpolator, Karibsky, Line3dInput, LineInput,
+    ArcInput, DdaLine3d, EfCircle, EfCircleFast, EfLine, EfLine3d, EfLineFast, EfLineFastPrinted, Interpolator,
+    Karibsky, Line3dInput, LineInput,
 };
 
 use super::bench::Bench;
@@ -38,6 +39,17 @@ impl Proof {
 pub const PROOFS: &[Proof] = &[
     Proof { path: "evaluation/line.json", parameters: &[("W", 3)], cases: ef_lines },
     Proof { path: "evaluation/line_gates.json", parameters: &[("W", 3)], cases: ef_lines },
+    Proof { path: "evaluation/line.json", parameters: CENTRED, cases: centred_ef_lines },
+    Proof { path: "evaluation/line_gates.json", parameters: CENTRED, cases: centred_ef_lines },
+    Proof { path: "evaluation/fast_line_x.json", parameters: &[("W", 3)], cases: fast_lines_x },
+    Proof { path: "evaluation/fast_line.json", parameters: &[("W", 3)], cases: fast_lines },
+    Proof { path: "evaluation/fast_line_gates.json", parameters: &[("W", 3)], cases: fast_lines },
+    Proof { path: "evaluation/fast_line.json", parameters: CENTRED, cases: centred_fast_lines },
+    Proof { path: "evaluation/fast_line_gates.json", parameters: CENTRED, cases: centred_fast_lines },
+    Proof { path: "evaluation/fast_circle.json", parameters: &[("W", 3)], cases: fast_circles },
+    Proof { path: "evaluation/fast_circle_gates.json", parameters: &[("W", 3)], cases: fast_circles },
+    Proof { path: "evaluation/fast_circle.json", parameters: CLOCKWISE, cases: clockwise_fast_circles },
+    Proof { path: "evaluation/fast_circle_gates.json", parameters: CLOCKWISE, cases: clockwise_fast_circles },
     Proof { path: "evaluation/circle.json", parameters: COUNTER_CLOCKWISE, cases: ef_circles },
     Proof { path: "evaluation/circle.json", parameters: CLOCKWISE, cases: clockwise_ef_circles },
     Proof { path: "evaluation/circle_gates.json", parameters: COUNTER_CLOCKWISE, cases: ef_circles },
@@ -53,6 +65,7 @@ pub const PROOFS: &[Proof] = &[
 ];
 
 const COUNTER_CLOCKWISE: &[(&str, i64)] = &[("W", 3), ("CLOCKWISE", 0)];
+const CENTRED: &[(&str, i64)] = &[("W", 3), ("CENTRED", 1)];
 const CLOCKWISE: &[(&str, i64)] = &[("W", 3), ("CLOCKWISE", 1)];
 
 /// Every line of 3 bits, from start points that change.
@@ -71,6 +84,25 @@ fn ef_lines() -> Vec<Case> {
     lines(|input| Box::new(EfLine::new(input).unwrap()))
 }
 
+fn centred_ef_lines() -> Vec<Case> {
+    lines(|input| Box::new(EfLine::centred(input).unwrap()))
+}
+
+fn fast_lines() -> Vec<Case> {
+    lines(|input| Box::new(EfLineFast::new(input).unwrap()))
+}
+
+fn centred_fast_lines() -> Vec<Case> {
+    lines(|input| Box::new(EfLineFast::centred(input).unwrap()))
+}
+
+/// Without the lines that are not for this circuit, where y leads.
+fn fast_lines_x() -> Vec<Case> {
+    let mut cases = lines(|input| Box::new(EfLineFastPrinted::diagram(input).unwrap()));
+    cases.retain(|(inputs, _)| inputs[0].1 >= inputs[1].1);
+    cases
+}
+
 /// Every arc of 3 bits between two points of the quadrant, with an `F₀` that changes.
 fn arcs(clockwise: bool, algorithm: impl Fn(ArcInput) -> Box<dyn Interpolator>) -> Vec<Case> {
     let points = || (0..8).flat_map(|x| (0..8).map(move |y| (x, y))).skip(1);
@@ -84,6 +116,14 @@ fn arcs(clockwise: bool, algorithm: impl Fn(ArcInput) -> Box<dyn Interpolator>) 
         }
     }
     cases
+}
+
+fn fast_circles() -> Vec<Case> {
+    arcs(false, |input| Box::new(EfCircleFast::new(input).unwrap()))
+}
+
+fn clockwise_fast_circles() -> Vec<Case> {
+    arcs(true, |input| Box::new(EfCircleFast::new(input).unwrap()))
 }
 
 fn ef_circles() -> Vec<Case> {
