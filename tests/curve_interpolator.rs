@@ -80,7 +80,7 @@ const WITHIN: [(&str, [f64; 4]); 6] = [
     ("circle", [1.75, 1.07, 3.65, 3.53]),
     ("ellipse", [5.49, 6.19, 4.45, 3.20]),
     ("parabola", [8.35, 12.26, 8.21, 1.09]),
-    ("hyperbola", [5.35, 1.66, 5.35, 1.07]),
+    ("hyperbola", [5.35, 1.66, 5.35, 1.09]),
     ("any", [3.47, 3.24, 3.97, 3.43]),
 ];
 
@@ -138,27 +138,20 @@ fn follow(path: &str, inputs: &[CurveInput], setting: (bool, bool), printed: Pri
     let circuit = circuit(path, &parameters);
     let algorithm = |input| DdaCurve::with_misprints(input, &options(setting), printed).unwrap();
     let mut bench = Bench::new(&circuit, algorithm(inputs[0]).columns());
-    let names = ["a", "b", "c", "d", "e", "xh", "yh", "xk", "yk", "leave", "limit"];
+    let names = ["a", "b", "c", "d", "e", "xh", "yh", "xk", "yk", "limit", "last"];
     let ports = names.map(|name| bench.input(name));
     for &input in inputs {
         let course = input.course().unwrap();
         let values = input.coefficients[..5].iter().chain(&input.start).chain(&input.end).map(|&v| v as u64);
-        let values = values.chain([u64::from(course.leave), course.limit]);
+        let values = values.chain([course.limit, course.last]);
         let set: Vec<_> = ports.into_iter().zip(values).collect();
         let mut curve = algorithm(input);
-        let drawn = bench.draw(&set, &mut curve);
-        // short of its end it has been compared just as long
-        let stopped = curve.stopped();
-        let last = stopped.map(|why| format!("the algorithm stopped without its end: {:?}", Some(why)));
-        assert_eq!(drawn.err(), last, "{path} {parameters:?}: {input:?}");
-        let shown = ["end", "overflow", "watchdog"].map(|name| bench.number(name).unwrap());
-        let (counted, expected) = match stopped {
-            None => (&mut count.ended, [1, 0, 0]),
-            Some(Stopped::Overflow { .. }) => (&mut count.overflows, [0, 1, 0]),
-            Some(_) => (&mut count.watchdogs, [0, 0, 1]),
-        };
-        *counted += 1;
-        assert_eq!(shown, expected, "{path} {parameters:?}: {input:?}");
+        bench.draw(&set, &mut curve).unwrap_or_else(|fault| panic!("{path} {parameters:?}: {input:?}, {fault}"));
+        *match curve.stopped() {
+            None => &mut count.ended,
+            Some(Stopped::Overflow { .. }) => &mut count.overflows,
+            Some(_) => &mut count.watchdogs,
+        } += 1;
     }
     count.clocks += bench.clocks;
 }
