@@ -18,6 +18,7 @@ pub mod progress;
 pub mod run;
 pub mod schema;
 pub mod test;
+mod timing;
 
 use std::process::ExitCode;
 
