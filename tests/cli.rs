@@ -113,7 +113,7 @@ circuits/evaluation/line.json: stopped at end = 1, 170 ns, 8 clocks of dt
 
 #[test]
 fn a_scenario_runs_the_circuit_that_it_names() {
-    let (status, stdout, _) = run(&["run", "traces/line_0_3.json"]);
+    let (status, stdout, _) = run(&["run", "traces/evaluation/line_0_3.json"]);
     assert_eq!(status, 0);
     assert!(stdout.starts_with("circuits/evaluation/line.json: stopped at end = 1"), "{stdout}");
     assert!(stdout.contains("xt = 0  yt = 3"), "{stdout}");
@@ -347,8 +347,8 @@ fn a_failed_expectation_is_told_with_its_place() {
 #[test]
 fn check_looks_at_every_file() {
     let library = "circuits/lib/storage.json";
-    let (status, stdout, stderr) = run(&["check", LINE, library, "traces/line_5_3.json"]);
-    let expected = format!("{LINE}: no faults\n{library}: no faults\ntraces/line_5_3.json: no faults\n");
+    let (status, stdout, stderr) = run(&["check", LINE, library, "traces/evaluation/line_5_3.json"]);
+    let expected = format!("{LINE}: no faults\n{library}: no faults\ntraces/evaluation/line_5_3.json: no faults\n");
     assert_eq!((status, stdout, stderr.as_str()), (0, expected, ""));
 
     let (status, stdout, stderr) =

@@ -2,17 +2,13 @@
 
 mod support;
 
-use discreta::circuit::{Circuit, load_with};
-use discreta::interpolate::{EfLine, EfLineInput};
-use discreta::{Input, Probe, Simulator, SimulatorError};
+use discreta::circuit::Circuit;
+use discreta::interpolate::{Columns, EfLine, LineInput};
 use serde_json::{Value, json};
+use support::bench::{Bench, circuit};
 use support::{Rng, folder, repository};
 
 const CIRCUITS: [&str; 2] = ["circuits/evaluation/line.json", "circuits/evaluation/line_gates.json"];
-
-fn circuit(path: &str, bits: u32) -> Circuit {
-    load_with(repository(path), &[("W", i64::from(bits))]).unwrap_or_else(|e| panic!("{e}"))
-}
 
 /// A line to draw.
 #[derive(Clone, Copy, Debug)]
@@ -27,112 +23,26 @@ struct Line {
 impl Line {
     fn algorithm(self) -> EfLine {
         let [dx, dy, xh, yh] = [self.dx, self.dy, self.xh, self.yh].map(|n| n as i64);
-        EfLine::new(EfLineInput { xh, yh, dx, dy, bits: self.bits }).unwrap()
+        EfLine::new(LineInput { xh, yh, dx, dy, bits: self.bits }).unwrap()
     }
 }
 
-/// What the circuit shows, named as the algorithm names it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Shown {
-    xt: Option<u64>,
-    yt: Option<u64>,
-    kox: Option<u64>,
-    koy: Option<u64>,
-    f: Option<i64>,
-    end: Option<u64>,
-    x: Option<u64>,
-    y: Option<u64>,
-}
-
-/// A circuit on which lines are drawn one after another, without a reset between them.
-struct Bench<'c> {
-    sim: Simulator<'c>,
-    inputs: [Input; 6],
-    outputs: [Probe; 8],
-    bits: u32,
-    clocks: u64,
-}
-
-impl<'c> Bench<'c> {
-    fn new(circuit: &'c Circuit, bits: u32) -> Bench<'c> {
-        let sim = Simulator::new(&circuit.netlist);
-        let inputs = ["start", "dt", "dx", "dy", "xh", "yh"].map(|n| sim.input(n).unwrap());
-        let outputs = ["xt", "yt", "kox", "koy", "f", "end", "x", "y"].map(|n| sim.probe(n).unwrap());
-        let mut bench = Bench { sim, inputs, outputs, bits, clocks: 0 };
-        bench.sim.set(bench.inputs[1], 0);
-        bench
+/// Draws lines one after another; the clocks compared, or the first difference.
+fn draw(circuit: &Circuit, lines: impl Iterator<Item = Line>) -> Result<u64, String> {
+    let mut bench = Bench::new(circuit, Columns::EVALUATION);
+    let [dx, dy, xh, yh] = ["dx", "dy", "xh", "yh"].map(|name| bench.input(name));
+    for line in lines {
+        let inputs = [(dx, line.dx), (dy, line.dy), (xh, line.xh), (yh, line.yh)];
+        bench.draw(&inputs, &mut line.algorithm()).map_err(|fault| format!("{line:?}, {fault}"))?;
     }
-
-    fn shown(&self) -> Shown {
-        let [xt, yt, kox, koy, f, end, x, y] = [0, 1, 2, 3, 4, 5, 6, 7].map(|i| self.sim.number(&self.outputs[i]));
-        let unused = 64 - (self.bits + 1);
-        let f = f.map(|f| (f << unused) as i64 >> unused);
-        Shown { xt, yt, kox, koy, f, end, x, y }
-    }
-
-    fn set(&mut self, input: usize, value: u64) -> Result<(), String> {
-        self.sim.set(self.inputs[input], value);
-        self.sim.settle().map_err(|e: SimulatorError| e.to_string())
-    }
-
-    /// Draws a line and compares each clock with the algorithm, at both levels of `dt`, and two clocks more.
-    fn draw(&mut self, line: Line) -> Result<(), String> {
-        for (input, value) in [(2, line.dx), (3, line.dy), (4, line.xh), (5, line.yh)] {
-            self.sim.set(self.inputs[input], value);
-        }
-        self.set(0, 1)?;
-        let mut algorithm = line.algorithm();
-        let mut last = algorithm.state();
-        let mut clock = 0;
-        let at_rest = |c: &discreta::interpolate::ef_line::Clock| Shown {
-            xt: Some(c.xt),
-            yt: Some(c.yt),
-            kox: Some(c.kox),
-            koy: Some(c.koy),
-            f: Some(c.f),
-            end: Some(u64::from(c.end)),
-            x: Some(0),
-            y: Some(0),
-        };
-        let check = |bench: &Bench, expected: Shown, clock: u64, dt: u64| {
-            let shown = bench.shown();
-            if shown == expected {
-                return Ok(());
-            }
-            Err(format!("{line:?}, clock {clock}, dt = {dt}:\n  shows    {shown:?}\n  expected {expected:?}"))
-        };
-        check(self, at_rest(&last), 0, 0)?; // already while start is 1
-        self.set(0, 0)?;
-        check(self, at_rest(&last), 0, 0)?;
-        let mut beyond = 0;
-        while beyond < 2 {
-            let next = algorithm.next();
-            clock += 1;
-            // while dt is high: the pulses, and the registers as they were
-            let (x, y) = next.map_or((false, false), |c| (c.x, c.y));
-            self.set(1, 1)?;
-            check(self, Shown { x: Some(x.into()), y: Some(y.into()), ..at_rest(&last) }, clock, 1)?;
-            self.set(1, 0)?;
-            match next {
-                Some(c) => last = c,
-                None => beyond += 1,
-            }
-            check(self, at_rest(&last), clock, 0)?;
-        }
-        self.clocks += clock;
-        Ok(())
-    }
+    Ok(bench.clocks)
 }
 
 fn check_all(bits: u32, lines: impl Iterator<Item = Line> + Clone) -> u64 {
     let mut clocks = 0;
     for path in CIRCUITS {
-        let circuit = circuit(path, bits);
-        let mut bench = Bench::new(&circuit, bits);
-        for line in lines.clone() {
-            bench.draw(line).unwrap_or_else(|fault| panic!("{path}: {fault}"));
-        }
-        clocks += bench.clocks;
+        let circuit = circuit(path, &[("W", i64::from(bits))]);
+        clocks += draw(&circuit, lines.clone()).unwrap_or_else(|fault| panic!("{path}: {fault}"));
     }
     clocks
 }
@@ -193,29 +103,6 @@ fn every_8_bit_line_with_an_odd_number_of_steps() {
     every_8_bit_line(1);
 }
 
-#[test]
-fn the_line_of_the_document() {
-    for path in CIRCUITS {
-        let circuit = circuit(path, 8);
-        let mut bench = Bench::new(&circuit, 8);
-        bench.draw(Line { dx: 5, dy: 3, xh: 0, yh: 0, bits: 8 }).unwrap();
-        // again, read as letters alone
-        let mut steps = String::new();
-        bench.set(0, 1).unwrap();
-        bench.set(0, 0).unwrap();
-        while bench.shown().end == Some(0) {
-            bench.set(1, 1).unwrap();
-            steps.push(match (bench.shown().x, bench.shown().y) {
-                (Some(1), Some(0)) => 'X',
-                (Some(0), Some(1)) => 'Y',
-                other => panic!("{other:?}"),
-            });
-            bench.set(1, 0).unwrap();
-        }
-        assert_eq!(steps, "XYXYXXYX", "{path}");
-    }
-}
-
 /// The comparison above notices a fault: each of these changes one thing in a circuit, and has to be caught.
 #[test]
 fn faults_in_the_circuits_are_caught() {
@@ -255,8 +142,7 @@ fn faults_in_the_circuits_are_caught() {
         let mut file = file.clone();
         file["modules"]["line"]["parameters"]["W"]["default"] = json!(3);
         let circuit = support::load(&folder("line_faults"), name, &file).unwrap_or_else(|e| panic!("{name}: {e}"));
-        let mut bench = Bench::new(&circuit, 3);
-        lines.iter().find_map(|&line| bench.draw(line).err())
+        draw(&circuit, lines.iter().copied()).err()
     };
     assert_eq!(caught(&correct, "correct"), None);
     for (n, (place, wrong)) in faults.iter().enumerate() {

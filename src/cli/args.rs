@@ -255,7 +255,7 @@ pub struct CheckArgs {
 Examples:
   discreta test
         every scenario below traces/
-  discreta test traces/line-5-3.json
+  discreta test traces/evaluation/line_5_3.json
   discreta test --bless
         take the waveforms of this run as the golden ones; look at what changed before you commit them
 
@@ -291,7 +291,7 @@ pub enum DontCare {
 #[derive(Args, Debug, Clone)]
 #[command(after_help = "\
 Examples:
-  discreta diff line.vcd traces/line-5-3.vcd
+  discreta diff line.vcd traces/evaluation/line_5_3.vcd
   discreta diff mine.vcd icarus.fst --ignore-end --ignore-x b
 
 Signals are matched by their full names, and compared by the value that each has at the end of a tick.

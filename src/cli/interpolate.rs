@@ -1,98 +1,101 @@
 //! `discreta interpolate`: the documents' algorithms, clock by clock.
 
-use serde_json::json;
+use serde_json::{Map, Value, json};
 
 use super::args::{InterpolateArgs, StepsFormat};
 use super::{CliError, Out, Status};
-use crate::interpolate::ef_line::Clock;
-use crate::interpolate::{EfLine, EfLineInput, EfLinePrinted, MAX_BITS, Method, Overrun};
+use crate::interpolate::{Clock, Columns, Drawing, Method, Options, Request, UnknownMethod};
 
 /// Runs the command.
 ///
 /// # Errors
-/// A method that there is not, or a line that it cannot do.
+/// A method that there is not, or a drawing that it cannot do.
 pub fn run(args: &InterpolateArgs, out: &mut Out) -> Result<Status, CliError> {
-    let Method::EfLine =
-        args.method.parse().map_err(|e: crate::interpolate::UnknownMethod| CliError::usage(e.to_string()))?;
-    let (from, to) = ((args.from.x, args.from.y), (args.to.x, args.to.y));
-    let line = |bits| EfLineInput::between(from, to, bits);
-    // the narrowest registers that hold the line, from 8 bits up
-    let input = (8..=MAX_BITS).find_map(|bits| line(bits).ok().filter(|i| EfLine::new(*i).is_ok()));
-    let input = match input {
-        Some(input) => input,
-        None => {
-            let fault = line(MAX_BITS).and_then(|i| EfLine::new(i).map(|_| ())).err();
-            return Err(CliError::usage(
-                fault.map_or_else(|| "the line cannot be interpolated".to_owned(), |e| e.to_string()),
-            ));
-        }
+    let method: Method = args.method.parse().map_err(|e: UnknownMethod| CliError::usage(e.to_string()))?;
+    let request = Request {
+        from: [args.from.x, args.from.y, 0],
+        options: Options { as_printed: args.as_printed, ..Options::default() },
+        ..Request::new(method, [args.to.x, args.to.y, 0])
     };
-    if args.as_printed {
-        let algorithm = EfLinePrinted::new(input).map_err(|e| CliError::usage(e.to_string()))?;
-        let start = algorithm.state();
-        print(args.format, out, start, algorithm)
-    } else {
-        let algorithm = EfLine::new(input).map_err(|e| CliError::usage(e.to_string()))?;
-        let start = algorithm.state();
-        print(args.format, out, start, algorithm.map(Ok))
-    }
+    let drawing = request.draw().map_err(|e| CliError::usage(e.to_string()))?;
+    print(args.format, out, method, drawing)
 }
 
-/// Prints the clocks as they come; a run that the watchdog ends is a failure.
-fn print(
-    format: StepsFormat,
-    out: &mut Out,
-    start: Clock,
-    clocks: impl Iterator<Item = Result<Clock, Overrun>>,
-) -> Result<Status, CliError> {
-    let mut overrun = None;
+/// Prints the clocks as they come; a run that stops without its end is a failure.
+fn print(format: StepsFormat, out: &mut Out, method: Method, drawing: Drawing) -> Result<Status, CliError> {
+    let mut interpolator = drawing.interpolator;
+    let columns = interpolator.columns();
     let mut listed = Vec::new();
     match format {
         StepsFormat::Table => {
-            out.write_fmt(format_args!(
-                "{:>6}  {:>4}  {:>8} {:>8}  {:>8} {:>8}  {:>10}  end\n",
-                "clock", "step", "XT", "YT", "KOX", "KOY", "F"
-            ))?;
-            row(out, 0, &start)?;
+            let mut header = format!("{:>6}  {:>4}", "clock", "step");
+            for name in names(&columns) {
+                header += &format!("  {:>8}", name.to_uppercase());
+            }
+            out.write_fmt(format_args!("{header}  end\n"))?;
+            row(out, &columns, 0, &interpolator.state())?;
         }
-        StepsFormat::Csv => out.write_fmt(format_args!("clock,step,x,y,xt,yt,kox,koy,f,end\n"))?,
+        StepsFormat::Csv => {
+            let axes: Vec<&str> = ["x", "y", "z"].into_iter().take(columns.at.len()).chain(names(&columns)).collect();
+            out.write_fmt(format_args!("clock,step,{},end\n", axes.join(",")))?;
+        }
         StepsFormat::Json | StepsFormat::Steps => {}
     }
-    for (i, clock) in clocks.enumerate() {
-        let c = match clock {
-            Ok(clock) => clock,
-            Err(e) => {
-                overrun = Some(e);
-                break;
-            }
-        };
+    for (i, c) in interpolator.by_ref().enumerate() {
         match format {
-            StepsFormat::Table => row(out, i + 1, &c)?,
+            StepsFormat::Table => row(out, &columns, i + 1, &c)?,
             StepsFormat::Csv => {
-                let bit = u8::from;
-                out.write_fmt(format_args!("{},{},{},{},{},{},{},{},{},{}\n", i + 1, c.letter(), bit(c.x), bit(c.y), c.xt, c.yt, c.kox, c.koy, c.f, bit(c.end)))?;
+                let steps = c.step.iter().take(columns.at.len()).map(|&s| i64::from(s));
+                let cells: Vec<String> = steps.chain(values(&columns, &c)).map(|v| v.to_string()).collect();
+                out.write_fmt(format_args!("{},{},{},{}\n", i + 1, c.letter(), cells.join(","), u8::from(c.end)))?;
             }
-            StepsFormat::Json => listed.push(json!({ "clock": i + 1, "step": c.letter().to_string(), "xt": c.xt, "yt": c.yt, "kox": c.kox, "koy": c.koy, "f": c.f, "end": c.end })),
+            StepsFormat::Json => {
+                let mut clock = Map::new();
+                clock.insert("clock".to_owned(), json!(i + 1));
+                clock.insert("step".to_owned(), json!(c.letter().to_string()));
+                let cells = names(&columns).zip(values(&columns, &c));
+                clock.extend(cells.map(|(name, value)| (name.to_owned(), json!(value))));
+                clock.insert("end".to_owned(), json!(c.end));
+                listed.push(Value::Object(clock));
+            }
             StepsFormat::Steps => out.write_fmt(format_args!("{}", c.letter()))?,
         }
     }
+    let finished = interpolator.state().end;
     match format {
         StepsFormat::Steps => out.write_fmt(format_args!("\n"))?,
         StepsFormat::Json => {
-            out.json(&json!({ "method": Method::EfLine.name(), "finished": overrun.is_none(), "clocks": listed }))?
+            out.json(&json!({ "method": method.name(), "finished": finished, "clocks": listed }))?;
         }
         _ => {}
     }
     out.flush()?;
-    if let Some(e) = &overrun {
-        eprintln!("error: {e}");
+    if let Some(stopped) = interpolator.stopped() {
+        eprintln!("error: {stopped}");
     }
-    Ok(Status::of(overrun.is_none()))
+    Ok(Status::of(finished))
 }
 
-fn row(out: &mut Out, clock: usize, c: &Clock) -> Result<(), CliError> {
+/// The names of the registers, in the order in which they are printed.
+fn names(columns: &Columns) -> impl Iterator<Item = &'static str> {
+    columns.at.iter().chain(columns.left).chain(columns.sum).copied()
+}
+
+/// Their values in the same order.
+fn values(columns: &Columns, c: &Clock) -> impl Iterator<Item = i64> {
+    let at = c.at.into_iter().take(columns.at.len());
+    let left = c.left.into_iter().take(columns.left.len()).map(|v| v as i64);
+    at.chain(left).chain(c.sum.into_iter().take(columns.sum.len()))
+}
+
+fn row(out: &mut Out, columns: &Columns, clock: usize, c: &Clock) -> Result<(), CliError> {
     let step = if clock == 0 { ' ' } else { c.letter() };
-    let end = if c.end { "end" } else { "" };
-    let line = format!("{clock:>6}  {step:>4}  {:>8} {:>8}  {:>8} {:>8}  {:>10}  {end}", c.xt, c.yt, c.kox, c.koy, c.f);
-    out.write_fmt(format_args!("{}\n", line.trim_end()))
+    let mut line = format!("{clock:>6}  {step:>4}");
+    for value in values(columns, c) {
+        line += &format!("  {value:>8}");
+    }
+    if c.end {
+        line += "  end";
+    }
+    out.write_fmt(format_args!("{line}\n"))
 }

@@ -1,6 +1,8 @@
 //! What several tests share: a seeded source of numbers, and circuit files written on the spot.
 #![allow(dead_code)] // each test uses a part
 
+pub mod bench;
+
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -1,0 +1,1 @@
+//! Interpolation by differential increments (document A): the carries of accumulators are the steps.

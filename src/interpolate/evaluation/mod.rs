@@ -1,0 +1,4 @@
+//! Interpolation by evaluation function (documents B and C): the sign of `F` says on which side of the curve a point
+//! lies, and so which step leads back.
+
+pub mod line;

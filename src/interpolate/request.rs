@@ -1,0 +1,124 @@
+//! The front door: a method, two points and the options, made into an interpolator and the curve that it is to follow.
+
+use super::{ArcInput, Ideal, InputError, Interpolator, Line3dInput, LineInput, MAX_BITS, Method, Shape, evaluation};
+
+/// How a method works; the default is each method's own default.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Options {
+    /// The document's program taken at its word, misprints included.
+    pub as_printed: bool,
+    /// DDA: the accumulators begin at half of their volume.
+    pub half_preload: bool,
+    /// DDA circle and curve: both axes from the old coordinates, instead of y from the new x.
+    pub parallel: bool,
+    /// Lines by evaluation function: `F` begins in the middle of its range.
+    pub centred: bool,
+}
+
+/// What is to be drawn, and how.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Request {
+    /// The method.
+    pub method: Method,
+    /// The start point in BLU; z is 0 in the plane.
+    pub from: [i64; 3],
+    /// The end point in BLU.
+    pub to: [i64; 3],
+    /// The centre of an arc in BLU.
+    pub center: [i64; 2],
+    /// An arc goes clockwise.
+    pub clockwise: bool,
+    /// Bits of the registers; without them, the fewest that do from 8 up.
+    pub bits: Option<u32>,
+    /// How the method works.
+    pub options: Options,
+}
+
+/// An interpolator at its start, and the curve that it is to follow.
+pub struct Drawing {
+    /// The interpolator.
+    pub interpolator: Box<dyn Interpolator>,
+    /// The curve.
+    pub ideal: Ideal,
+    /// Bits of its registers.
+    pub bits: u32,
+}
+
+impl Request {
+    /// From the origin to a point, counter-clockwise around the origin where it is an arc.
+    #[must_use]
+    pub const fn new(method: Method, to: [i64; 3]) -> Request {
+        Request {
+            method,
+            from: [0; 3],
+            to,
+            center: [0; 2],
+            clockwise: false,
+            bits: None,
+            options: Options { as_printed: false, half_preload: false, parallel: false, centred: false },
+        }
+    }
+
+    /// Makes the interpolator.
+    ///
+    /// # Errors
+    /// If the method cannot draw this, or not in registers of that width.
+    pub fn draw(&self) -> Result<Drawing, InputError> {
+        match self.bits {
+            Some(bits) => self.draw_in(bits),
+            // what is refused in every width is told for the widest
+            None => (8..MAX_BITS).find_map(|bits| self.draw_in(bits).ok()).map_or_else(|| self.draw_in(MAX_BITS), Ok),
+        }
+    }
+
+    fn draw_in(&self, bits: u32) -> Result<Drawing, InputError> {
+        let [xh, yh, zh] = self.from;
+        let mut increment = [0; 3];
+        for (axis, increment) in increment.iter_mut().enumerate() {
+            *increment = self.to[axis].checked_sub(self.from[axis]).ok_or(InputError::Overflow)?;
+        }
+        let [dx, dy, _] = increment;
+        let (interpolator, ideal) = match self.method.shape() {
+            Shape::Line => {
+                let input = LineInput { xh, yh, dx, dy, bits };
+                (line(self.method, input, &self.options)?, Ideal::segment(self.from, self.to))
+            }
+            Shape::Line3d => {
+                let input = Line3dInput { start: [xh, yh, zh], increment, bits };
+                (line_3d(self.method, input, &self.options)?, Ideal::segment(self.from, self.to))
+            }
+            Shape::Arc => {
+                let [cx, cy] = self.center;
+                let input =
+                    ArcInput::between((xh - cx, yh - cy), (self.to[0] - cx, self.to[1] - cy), self.clockwise, bits);
+                let plane = |p: [i64; 3]| [p[0] as f64, p[1] as f64];
+                let ideal = Ideal::arc([cx as f64, cy as f64], plane(self.from), plane(self.to), self.clockwise);
+                (arc(self.method, input, &self.options)?, ideal)
+            }
+            Shape::Curve => return Err(InputError::Missing { method: self.method, option: "--conic" }),
+        };
+        Ok(Drawing { interpolator, ideal, bits })
+    }
+}
+
+/// A line of the first quadrant.
+pub(super) fn line(method: Method, input: LineInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
+    match method {
+        Method::EfLine => evaluation::line::build(input, options),
+        _ => Err(InputError::Missing { method, option: "an algorithm" }),
+    }
+}
+
+/// A line of the first octant of space.
+pub(super) fn line_3d(
+    method: Method,
+    _input: Line3dInput,
+    _options: &Options,
+) -> Result<Box<dyn Interpolator>, InputError> {
+    Err(InputError::Missing { method, option: "an algorithm" })
+}
+
+/// An arc of the first quadrant around the origin.
+pub(super) fn arc(method: Method, _input: ArcInput, _options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
+    Err(InputError::Missing { method, option: "an algorithm" })
+}
