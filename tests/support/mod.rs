@@ -2,6 +2,7 @@
 #![allow(dead_code)] // each test uses a part
 
 pub mod bench;
+pub mod feed;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
