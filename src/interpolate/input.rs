@@ -95,15 +95,20 @@ pub struct ArcInput {
     pub f0: i64,
     /// Clockwise: x rises, y falls.
     pub clockwise: bool,
-    /// Bits of a coordinate, `1..=30`; `F` has two more.
+    /// Bits of a coordinate, `1..=32`; `F` has two more.
     pub bits: u32,
 }
 
 impl ArcInput {
-    /// The arc between two points of the first quadrant, whose circle goes through the first.
+    /// The arc between two points of the first quadrant, whose circle goes through the first. A difference beyond 64
+    /// bits becomes the nearest that is not; [`check`](ArcInput::check) refuses it in any width.
     #[must_use]
     pub const fn between((xh, yh): (i64, i64), (xk, yk): (i64, i64), clockwise: bool, bits: u32) -> Self {
-        let (dx, dy) = if clockwise { (xk - xh, yh - yk) } else { (xh - xk, yk - yh) };
+        let (dx, dy) = if clockwise {
+            (xk.saturating_sub(xh), yh.saturating_sub(yk))
+        } else {
+            (xh.saturating_sub(xk), yk.saturating_sub(yh))
+        };
         ArcInput { xh, yh, dx, dy, f0: 0, clockwise, bits }
     }
 
@@ -196,6 +201,13 @@ pub enum InputError {
         /// The register's width.
         bits: u32,
     },
+    /// The end point of an arc is not on its circle, not even rounded.
+    OffCircle {
+        /// The end point, BLU.
+        end: (i64, i64),
+        /// The start point, through which the circle goes, BLU.
+        start: (i64, i64),
+    },
     /// The difference of two coordinates does not fit 64 bits.
     Overflow,
     /// An option that the method does not have.
@@ -239,6 +251,16 @@ impl fmt::Display for InputError {
                     "the start point is too far from the circle: F = {value} is outside {}..{}, what {bits} bits hold",
                     -half,
                     half - 1
+                )
+            }
+            InputError::OffCircle { end: (xk, yk), start: (xh, yh) } => {
+                let radius = |x: i64, y: i64| (x as f64 * x as f64 + y as f64 * y as f64).sqrt();
+                write!(
+                    f,
+                    "the end point ({xk}, {yk}) is off the circle: it is {:.2} from the centre, the start point {:.2}, \
+                     and they may differ by less than 2",
+                    radius(xk, yk),
+                    radius(xh, yh)
                 )
             }
             InputError::Overflow => write!(f, "the end point is too far from the start point"),

@@ -1,4 +1,8 @@
 //! Interpolation by evaluation function (documents B and C): the sign of `F` says on which side of the curve a point
 //! lies, and so which step leads back.
 
+pub mod circle;
+pub mod fast_circle;
+pub mod fast_line;
 pub mod line;
+pub mod line_3d;
