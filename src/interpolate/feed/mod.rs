@@ -7,10 +7,12 @@
 
 mod generator;
 mod margins;
+mod pace;
 mod speed;
 mod stores;
 
 pub use generator::{Generator, PeriodError, factor};
 pub use margins::{Margins, UnsafeMargin};
+pub use pace::pace;
 pub use speed::{Speed, SpeedError};
 pub use stores::{Feed, Stores};
