@@ -22,7 +22,7 @@ const ALGORITHMS: &[(&str, Start)] = &[("evaluation/line_", |net| {
 })];
 
 /// Traces of circuits that are no interpolators, or fail as they are to; each has a test of its own elsewhere.
-const OTHERS: &[&str] = &["feed/", ];
+const OTHERS: &[&str] = &["feed/"];
 
 /// What the nets show, by their names; nothing while a bit is unknown.
 type Nets = HashMap<String, Option<u64>>;

@@ -7,7 +7,7 @@ use discreta::circuit::Circuit;
 use discreta::diag::Diagnostics;
 use discreta::engine::EventEngine;
 use discreta::interpolate::feed::Margins;
-use discreta::scenario::{Control, Fault, Outcome, Scenario, Stop, run};
+use discreta::scenario::{Control, Scenario, Stop, run};
 use discreta::value::Word;
 use discreta::wave::{Layout, Sink};
 
@@ -25,7 +25,6 @@ pub struct Run {
     pub pulses: Vec<(u64, bool, bool)>,
     /// Violations of each timing check.
     pub violations: Vec<(String, u64)>,
-    pub outcome: Outcome,
 }
 
 impl System {
@@ -76,7 +75,6 @@ impl System {
                 .zip(&outcome.checks)
                 .map(|(c, r)| (c.name.clone(), r.count))
                 .collect(),
-            outcome,
         }
     }
 }
@@ -121,23 +119,52 @@ impl Sink for Pulses {
     }
 }
 
-/// How many runs showed a fault.
-#[derive(Default, Debug)]
-pub struct Gained {
-    pub runs: u32,
-    pub gained: u32,
-    pub lost: u32,
-    pub runt: u32,
-    pub faulty: u32,
+/// What became of a line.
+pub struct Line {
+    pub line: (u64, u64),
+    pub gained: bool,
+    pub lost: bool,
+    pub runt: bool,
+    pub faulty: bool,
 }
 
-impl Gained {
-    pub fn add(&mut self, run: &Run) {
-        let steps = |fault| run.outcome.checks.iter().flat_map(|c| &c.first).any(|v| v.fault == fault);
-        self.runs += 1;
-        self.gained += u32::from(steps(Fault::Gained) || steps(Fault::Doubled));
-        self.lost += u32::from(steps(Fault::Lost));
-        self.runt += u32::from(run.violations.iter().any(|v| v.0.starts_with("runt") && v.1 > 0));
-        self.faulty += u32::from(run.violations.iter().any(|v| v.1 > 0));
+/// What became of many.
+#[derive(Default)]
+pub struct Found {
+    pub runs: Vec<Line>,
+}
+
+impl Found {
+    pub fn add(&mut self, run: &Run, line: (u64, u64)) {
+        let count = |axis: fn(&(u64, bool, bool)) -> bool| run.pulses.iter().filter(|p| axis(p)).count() as u64;
+        let (x, y) = (count(|p| p.1), count(|p| p.2));
+        let violated = |name: &str| run.violations.iter().any(|v| v.0.starts_with(name) && v.1 > 0);
+        self.runs.push(Line {
+            line,
+            gained: x > line.0 || y > line.1,
+            lost: x < line.0 || y < line.1,
+            runt: violated("runt"),
+            faulty: violated(""),
+        });
+    }
+
+    pub fn count(&self, which: fn(&Line) -> bool) -> usize {
+        self.runs.iter().filter(|run| which(run)).count()
+    }
+
+    pub fn gained(&self) -> usize {
+        self.count(|run| run.gained)
+    }
+
+    pub fn lost(&self) -> usize {
+        self.count(|run| run.lost)
+    }
+
+    pub fn faulty(&self) -> usize {
+        self.count(|run| run.faulty)
+    }
+
+    pub fn share(&self, runs: usize) -> f64 {
+        runs as f64 / self.runs.len() as f64
     }
 }
