@@ -17,6 +17,7 @@ mod prepare;
 pub mod progress;
 pub mod run;
 pub mod schema;
+pub mod stats;
 pub mod test;
 mod timing;
 
@@ -80,6 +81,7 @@ fn dispatch(command: &Command, out: &mut Out) -> Result<Status, CliError> {
         Command::Test(args) => test::run(args, out),
         Command::Diff(args) => diff::run(args, out),
         Command::Interpolate(args) => interpolate::run(args, out),
+        Command::Stats(args) => stats::run(args, out),
         Command::Schema(args) => schema::run(args, out),
         Command::Completions(args) => completions::run(args, out),
         Command::Man(args) => man::run(args, out),
