@@ -10,12 +10,11 @@ use support::bench::circuit;
 use support::feed::{Found, System};
 
 /// The speed block against the generator, at every edge of its clock, with pulses of the axes and waits at random.
-#[test]
-fn the_speed_block_is_the_generator_on_every_clock() {
+fn speed_block(path: &str) {
     let mut pulses = 0;
     for (seed, (whole, fraction, high)) in [(8, 8, 2), (4, 6, 1), (12, 4, 5), (2, 1, 1)].into_iter().enumerate() {
         let parameters = [("I", i64::from(whole)), ("Q", i64::from(fraction)), ("HIGH", high as i64)];
-        let speed_block = circuit("circuits/feed/speed_block.json", &parameters);
+        let speed_block = circuit(path, &parameters);
         let mut sim = Simulator::new(&speed_block.netlist);
         let input = ["clk", "start", "enable", "constant", "period", "x", "y", "z"].map(|n| sim.input(n).unwrap());
         let [clk, start, enable, constant, period, x, y, z] = input;
@@ -52,8 +51,18 @@ fn the_speed_block_is_the_generator_on_every_clock() {
             }
         }
     }
-    println!("{pulses} pulses");
+    println!("{path}: {pulses} pulses");
     assert!(pulses > 10_000);
+}
+
+#[test]
+fn the_speed_block_is_the_generator_on_every_clock() {
+    speed_block("circuits/feed/speed_block.json");
+}
+
+#[test]
+fn the_speed_block_of_gates_is_the_generator_on_every_clock() {
+    speed_block("circuits/feed/speed_block_gates.json");
 }
 
 /// One synchroniser against its store, with steps and pulses in any order that keeps the margins.
