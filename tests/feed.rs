@@ -2,165 +2,68 @@
 
 mod support;
 
-use discreta::Simulator;
-use discreta::interpolate::feed::{Feed, Generator, Margins, Stores};
-use discreta::interpolate::{EfLine, LineInput};
-use support::Rng;
+use discreta::circuit::{Circuit, load_with};
+use discreta::interpolate::feed::Margins;
+use serde_json::{Value, json};
 use support::bench::circuit;
-use support::feed::{Found, System};
+use support::feed::{self, Found, System};
+use support::{Rng, folder, repository};
 
-/// The speed block against the generator, at every edge of its clock, with pulses of the axes and waits at random.
-fn speed_block(path: &str) {
-    let mut pulses = 0;
-    for (seed, (whole, fraction, high)) in [(8, 8, 2), (4, 6, 1), (12, 4, 5), (2, 1, 1)].into_iter().enumerate() {
-        let parameters = [("I", i64::from(whole)), ("Q", i64::from(fraction)), ("HIGH", high as i64)];
-        let speed_block = circuit(path, &parameters);
-        let mut sim = Simulator::new(&speed_block.netlist);
-        let input = ["clk", "start", "enable", "constant", "period", "x", "y", "z"].map(|n| sim.input(n).unwrap());
-        let [clk, start, enable, constant, period, x, y, z] = input;
-        let [dt, elapsed, carried] = ["dt", "elapsed", "fraction"].map(|n| sim.probe(n).unwrap());
-        let mut rng = Rng::new(seed as u64);
-        for run in 0..40 {
-            let (least, most) = ((high + 1).max(2) << fraction, 1 << (whole + fraction));
-            // short periods often, for many pulses
-            let most = if run % 4 == 0 { most } else { most.min(8 * least) };
-            let (number, rule) = (least + rng.below(most - least), rng.one_in(2));
-            let mut generator = Generator::new(number, whole, fraction, high, rule).unwrap();
-            for (input, value) in [(clk, 0), (constant, u64::from(rule)), (period, number), (start, 1)] {
-                sim.set(input, value);
-            }
-            sim.settle().unwrap();
-            sim.set(start, 0);
-            sim.set(period, rng.word()); // loaded already
-            for tick in 0..600 {
-                let (go, axes) = (!rng.one_in(8), rng.below(8));
-                for (bit, input) in [x, y, z].into_iter().enumerate() {
-                    sim.set(input, axes >> bit);
-                }
-                sim.set(enable, u64::from(go));
-                sim.set(clk, 0);
-                sim.settle().unwrap();
-                sim.set(clk, 1);
-                sim.settle().unwrap();
-                let was = generator.dt();
-                generator.clock(go, axes.count_ones() as usize);
-                pulses += u64::from(generator.dt() && !was);
-                let shown = [&dt, &elapsed, &carried].map(|p| sim.number(p).unwrap());
-                let expected = [u64::from(generator.dt()), generator.elapsed(), generator.fraction()];
-                assert_eq!(shown, expected, "{parameters:?}, period {number}, {rule}, tick {tick}");
-            }
-        }
-    }
-    println!("{path}: {pulses} pulses");
-    assert!(pulses > 10_000);
-}
+const SPEED_BLOCKS: [&str; 2] = ["circuits/feed/speed_block.json", "circuits/feed/speed_block_gates.json"];
 
 #[test]
 fn the_speed_block_is_the_generator_on_every_clock() {
-    speed_block("circuits/feed/speed_block.json");
+    for path in SPEED_BLOCKS {
+        let mut pulses = 0;
+        for (whole, fraction, high) in [(8, 8, 2), (4, 6, 1), (12, 4, 5), (2, 1, 1)] {
+            let parameters = [("I", i64::from(whole)), ("Q", i64::from(fraction)), ("HIGH", high as i64)];
+            let proof = feed::speed_block(&circuit(path, &parameters), whole, fraction, high);
+            pulses += proof.unwrap_or_else(|fault| panic!("{path}, {parameters:?}: {fault}"));
+        }
+        println!("{path}: {pulses} pulses");
+        assert!(pulses > 10_000);
+    }
 }
 
-#[test]
-fn the_speed_block_of_gates_is_the_generator_on_every_clock() {
-    speed_block("circuits/feed/speed_block_gates.json");
-}
-
-/// One synchroniser against its store, with steps and pulses in any order that keeps the margins.
 #[test]
 fn the_synchroniser_is_a_store_of_two_steps() {
     for tau in [2, 7, 15, 100] {
         let synchroniser = circuit("circuits/feed/synchroniser.json", &[("TAU", tau)]);
-        let tau = tau as u64;
-        let mut sim = Simulator::new(&synchroniser.netlist);
-        let [start, step, dt] = ["start", "step", "dt"].map(|n| sim.input(n).unwrap());
-        let [drive, stop, waiting, full] = ["drive", "stop", "waiting", "full"].map(|n| sim.probe(n).unwrap());
-        for (input, value) in [(step, 0), (dt, 0), (start, 1)] {
-            sim.set(input, value);
-        }
-        sim.settle().unwrap();
-        sim.run_to(4 * tau).unwrap();
-        sim.set(start, 0);
-        let (mut store, mut rng) = (Stores::default(), Rng::new(tau));
-        for _ in 0..2000 {
-            let pulse = if !store.stop() && rng.one_in(2) { step } else { dt };
-            sim.set(pulse, 1);
-            sim.settle().unwrap();
-            let driven = if pulse == dt { store.take()[0] } else { !store.put([true, false, false]) };
-            assert_eq!(sim.number(&drive), Some(u64::from(driven)));
-            let width = 1 + rng.below(tau - 1);
-            sim.run_to(sim.now() + width).unwrap();
-            sim.set(pulse, 0);
-            sim.settle().unwrap();
-            // long enough for the RC node to come to rest
-            sim.run_to(sim.now() + 8 * tau + rng.below(3)).unwrap();
-            let shown = [&drive, &stop, &waiting, &full].map(|p| sim.number(p).unwrap());
-            let held = store.waiting()[0];
-            assert_eq!(shown, [0, u64::from(store.stop()), u64::from(held > 0), u64::from(held > 1)]);
-        }
+        feed::synchroniser(&synchroniser, tau as u64).unwrap_or_else(|fault| panic!("τ = {tau}: {fault}"));
     }
 }
-
-/// Random lines, some of them along an axis.
-fn lines(rng: &mut Rng, n: usize, most: u64) -> Vec<(u64, u64)> {
-    let mut line = || {
-        let mut increment = || if rng.one_in(10) { 0 } else { 1 + rng.below(most) };
-        (increment(), increment())
-    };
-    (0..n).map(|_| line()).collect()
-}
-
-const MARGINS: Margins = Margins { step: 20, high: 10, tau: 17, hold: 2, tick: 10, dt_high: 2 };
 
 /// Within the margins: no violation, each pulse of Δt with the steps and after the interval that the algorithm has.
 #[test]
 fn the_system_is_the_algorithm_on_every_pulse_within_the_margins() {
     let mut rng = Rng::new(14);
     let (mut runs, mut pulses, mut refused) = (0, 0, 0);
-    for case in 0..200 {
+    for _ in 0..200 {
         let step = 6 + rng.below(40);
         let high = 1 + rng.below(step - 2);
         let tau = high + 1 + rng.below(step - high - 1);
-        let margins =
-            Margins { step, high, tau, hold: 1 + rng.below(3), tick: 2 + rng.below(12), dt_high: 1 + rng.below(6) };
+        let (hold, tick, dt_high) = (1 + rng.below(3), 2 + rng.below(12), 1 + rng.below(6));
+        let margins = Margins { step, high, tau, hold, tick, dt_high };
         if margins.check().is_err() {
             refused += 1;
             continue;
         }
-        let least = margins.least_ticks();
-        let whole = 32 - (4 * least).leading_zeros().min(31) + 34;
-        let whole = whole.saturating_sub(32).clamp(6, 12) + 3;
-        let mut system = System::new(
-            margins,
-            [("I", i64::from(whole)), ("STEP_PHASE", rng.below(step) as i64), ("TICK_PHASE", rng.below(20) as i64)],
-        );
-        for (dx, dy) in lines(&mut rng, 6, 40) {
-            let period = (least << 8) + rng.below(3 * least << 8);
-            let constant = case % 2 == 0;
-            let run = system.draw(dx, dy, period, constant);
-            let told = format!("{margins:?}, line ({dx}, {dy}), period {period}");
-            assert!(run.violations.iter().all(|v| v.1 == 0), "{told}: {:?}", run.violations);
-            let mut generator = Generator::new(period, whole, 8, margins.dt_high, constant).unwrap();
-            let feed = Feed::new(EfLine::new(LineInput::new(dx as i64, dy as i64)).unwrap());
-            let mut due = generator.interval(0);
-            let mut last = None;
-            let mut expected = Vec::new();
-            for [x, y, _] in feed {
-                let at: u64 = *run.pulses.get(expected.len()).map_or(&0, |p| &p.0);
-                if let Some(last) = last {
-                    assert_eq!(at - last, due * margins.tick, "{told}, pulse {}", expected.len());
-                }
-                last = Some(at);
-                expected.push((at, x, y));
-                due = generator.interval(usize::from(x) + usize::from(y));
-            }
-            assert_eq!(run.pulses, expected, "{told}");
+        let phases = [("STEP_PHASE", rng.below(step) as i64), ("TICK_PHASE", rng.below(20) as i64), ("I", 12)];
+        let mut system = System::new(margins, phases);
+        for line in feed::lines(&mut rng, 6, 40) {
+            let period = (margins.least_ticks() << 8) + rng.below(3 * margins.least_ticks() << 8);
+            let proof = system.prove(margins, line, period, rng.one_in(2));
+            // the next with a START half way
+            system.start_again(rng.below(40 * period * tick >> 8));
+            pulses += proof.unwrap_or_else(|fault| panic!("{margins:?}, {phases:?}, line {line:?}: {fault}"));
             runs += 1;
-            pulses += expected.len();
         }
     }
     println!("{runs} runs, {pulses} pulses of Δt, {refused} settings outside the margins");
     assert!(runs > 300);
 }
+
+const MARGINS: Margins = Margins { step: 20, high: 10, tau: 17, hold: 2, tick: 10, dt_high: 2 };
 
 /// Draws lines at every phase of the interpolator's clock: how many runs gain steps, lose steps, have a runt pulse.
 /// `period` is that of Δt in ticks times 2^8.
@@ -171,7 +74,7 @@ fn hazards(margins: Margins, extra: &[(&'static str, i64)], period: u64, along_a
         let mut parameters = extra.to_vec();
         parameters.extend([("STEP_PHASE", phase as i64), ("I", 12)]);
         let mut system = System::new(margins, parameters);
-        for (dx, dy) in lines(&mut rng, 20, 60) {
+        for (dx, dy) in feed::lines(&mut rng, 20, 60) {
             let (dx, dy) = if along_an_axis { (dx * dy + 2, 0) } else { (dx, dy) };
             if dx + dy > 0 {
                 all.add(&system.draw(dx, dy, period, false), (dx, dy));
@@ -235,4 +138,131 @@ fn a_pulse_during_the_first_fill_is_cut() {
     let found = hazards(MARGINS, &[("FILL", 0)], 13 << 8, false);
     assert!(found.count(|run| run.runt) > 10);
     assert_eq!(hazards(MARGINS, &[("FILL", 1)], 13 << 8, false).faulty(), 0);
+}
+
+/// The proofs above notice a fault: each of these changes one thing in a circuit, and has to be caught.
+#[test]
+fn faults_in_the_circuits_are_caught() {
+    type Proof = fn(Circuit) -> Result<(), String>;
+    let speed: Proof = |c| feed::speed_block(&c, 8, 8, 2).map(|_| ());
+    let sync: Proof = |c| feed::synchroniser(&c, 15);
+    let system: Proof = |c| {
+        let (mut system, mut rng) = (System::of(c, MARGINS.tau), Rng::new(2));
+        let mut lines = feed::lines(&mut rng, 12, 20);
+        lines.extend([(1, 0), (0, 1), (1, 1), (9, 9)]);
+        // the longest first fill, with START at every phase
+        lines.extend([(0, 5); 20]);
+        let margins = Margins { high: 12, dt_high: 1, ..MARGINS };
+        assert_eq!((margins.check(), margins.least_ticks()), (Ok(()), 11));
+        for (n, line) in (0..).zip(lines) {
+            system.prove(margins, line, (11 << 8) + n % 2 * 300, n % 3 == 0)?;
+            system.start_again(100 + 37 * n);
+        }
+        Ok(())
+    };
+    let faults: [(&str, &str, Proof, &[(&str, Value)]); 3] = [
+        (
+            "speed_block",
+            "circuits/feed/speed_block.json",
+            speed,
+            &[
+                ("register1/connections/async_load", json!("1'b1")),
+                ("register2/connections/en", json!("1'b1")),
+                ("register2/connections/d", json!(["z", "y", "y"])),
+                ("and1/type", json!("or")),
+                ("choice/connections/in", json!(["9'd256", "9'd255", "two", "three"])),
+                ("two/parameters/value", json!(362)),
+                ("three/parameters/value", json!(442)),
+                ("scale/connections/a", json!("period")),
+                ("adder/connections/b", json!(["(I+2)'d0", "fraction[Q+7:1]"])),
+                ("register3/connections/load", json!("due")),
+                ("register3/connections/reset", json!("1'b0")),
+                ("counter/connections/d", json!(0)),
+                ("counter/connections/en", json!("1'b1")),
+                ("counter/connections/async_load", json!("1'b0")),
+                ("comparator1/type", json!("gt")),
+                ("comparator2/type", json!("gt")),
+                ("and2/connections/in", json!(["due", "due"])),
+                ("pulse/connections/en", json!("fire")),
+                ("pulse/connections/reset", json!("1'b0")),
+            ],
+        ),
+        (
+            "synchroniser",
+            "circuits/feed/synchroniser.json",
+            sync,
+            &[
+                ("rc/connections/a", json!("step")),
+                ("and1/type", json!("or")),
+                ("and1/connections/in", json!(["step", "waiting"])),
+                ("t1/connections/d", json!("full")),
+                ("t1/parameters/edge", json!("rising")),
+                ("t1/connections/set", json!("1'b0")),
+                ("t2/connections/d", json!("1'b0")),
+                ("t2/connections/set", json!("second")),
+                ("t2/parameters/edge", json!("rising")),
+                ("t1/connections/reset", json!("1'b0")),
+                ("t2/connections/reset", json!("1'b0")),
+                ("and2/type", json!("or")),
+                ("and3/connections/in", json!(["dt", "full"])),
+                ("and3/connections/in", json!(["waiting", "waiting"])),
+            ],
+        ),
+        (
+            "system",
+            "circuits/feed/system.json",
+            system,
+            &[
+                ("generator/parameters/high", json!("STEP_HIGH + 7")),
+                ("sync_x/connections/step", json!("step_y")),
+                ("sync_y/connections/dt", json!("clk")),
+                ("speed/connections/x", json!("step_x")),
+                ("speed/connections/y", json!("1'b0")),
+                ("speed/connections/constant", json!("1'b1")),
+                ("or1/connections/in", json!(["stop_x", "stop_x"])),
+                ("or2/connections/in", json!(["start", "start"])),
+                ("held/connections/d", json!("1'b0")),
+                ("nor1/connections/in", json!(["hold[HOLD]", "ended"])),
+                ("gate/parameters/edge", json!("rising")),
+                ("gate/connections/d", json!("1'b1")),
+                ("and1/connections/in", json!(["fast", "go"])),
+                ("or3/connections/in", json!(["stop", "stop"])),
+                ("and3/connections/in", json!(["rest", "rest"])),
+                ("trigger/connections/r", json!("1'b0")),
+                ("nor2/connections/in", json!(["not_ended", "waiting_x"])),
+                ("and2/connections/in", json!(["first", "first"])),
+            ],
+        ),
+    ];
+    let mut unnoticed = Vec::new();
+    for (module, path, proof, faults) in faults {
+        let mut correct = std::fs::read_to_string(repository(path)).unwrap();
+        for import in ["../evaluation/line.json", "synchroniser.json", "speed_block.json"] {
+            let whole = repository("circuits/feed").join(import);
+            correct = correct.replace(&format!("\"{import}\""), &format!("{whole:?}"));
+        }
+        let parameters: &[(&str, i64)] = if module == "system" { &[("STEP_HIGH", 12), ("HIGH", 1)] } else { &[] };
+        let caught = |text: &str, name: String| {
+            let file = folder("feed_faults").join(name + ".json");
+            std::fs::write(&file, text).unwrap();
+            proof(load_with(&file, parameters).unwrap_or_else(|fault| panic!("{fault}")))
+        };
+        assert_eq!(caught(&correct, module.to_owned()), Ok(()));
+        for (n, (place, wrong)) in faults.iter().enumerate() {
+            let (cell, key) = (place.split('/').next().unwrap(), place.rsplit('/').next().unwrap());
+            // the value of the key that comes next after the cell's name
+            let mut at = correct.find("\"cells\"").unwrap();
+            for sought in [format!("\"{cell}\": {{"), format!("\"{key}\": ")] {
+                at += correct[at..].find(&sought).unwrap_or_else(|| panic!("{place}")) + sought.len();
+            }
+            let mut values = serde_json::Deserializer::from_str(&correct[at..]).into_iter::<Value>();
+            assert_ne!(&values.next().unwrap().unwrap(), wrong, "{place} is no fault");
+            let end = at + values.byte_offset();
+            let faulty = format!("{}{wrong}{}", &correct[..at], &correct[end..]);
+            if caught(&faulty, format!("{module}_{n}")).is_ok() {
+                unnoticed.push(format!("{module}: {place} = {wrong}"));
+            }
+        }
+    }
+    assert_eq!(unnoticed, [""; 0]);
 }
