@@ -51,10 +51,10 @@ fn the_system_is_the_algorithm_on_every_pulse_within_the_margins() {
         let phases = [("STEP_PHASE", rng.below(step) as i64), ("TICK_PHASE", rng.below(20) as i64), ("I", 12)];
         let mut system = System::new(margins, phases);
         for line in feed::lines(&mut rng, 6, 40) {
-            let period = (margins.least_ticks() << 8) + rng.below(3 * margins.least_ticks() << 8);
+            let period = (margins.least_ticks() << 8) + rng.below((3 * margins.least_ticks()) << 8);
             let proof = system.prove(margins, line, period, rng.one_in(2));
             // the next with a START half way
-            system.start_again(rng.below(40 * period * tick >> 8));
+            system.start_again(rng.below((40 * period * tick) >> 8));
             pulses += proof.unwrap_or_else(|fault| panic!("{margins:?}, {phases:?}, line {line:?}: {fault}"));
             runs += 1;
         }
@@ -144,6 +144,8 @@ fn a_pulse_during_the_first_fill_is_cut() {
 #[test]
 fn faults_in_the_circuits_are_caught() {
     type Proof = fn(Circuit) -> Result<(), String>;
+    /// A module, its file, its proof, and the cell, field and wrong value of each fault.
+    type Faults<'f> = (&'f str, &'f str, Proof, &'f [(&'f str, Value)]);
     let speed: Proof = |c| feed::speed_block(&c, 8, 8, 2).map(|_| ());
     let sync: Proof = |c| feed::synchroniser(&c, 15);
     let system: Proof = |c| {
@@ -160,7 +162,7 @@ fn faults_in_the_circuits_are_caught() {
         }
         Ok(())
     };
-    let faults: [(&str, &str, Proof, &[(&str, Value)]); 3] = [
+    let faults: [Faults; 3] = [
         (
             "speed_block",
             "circuits/feed/speed_block.json",

@@ -195,7 +195,7 @@ mod tests {
         for period in (3 << 6)..(5 << 6) {
             let generator = Generator::new(period, 4, 6, 1, false).unwrap();
             let rises = rises(generator, 1000, 3);
-            let exact: Vec<u64> = (1..).map(|n| n * period >> 6).take_while(|&t| t <= 1000).collect();
+            let exact: Vec<u64> = (1..).map(|n| (n * period) >> 6).take_while(|&t| t <= 1000).collect();
             assert_eq!(rises, exact, "period {period}/64");
         }
     }

@@ -32,11 +32,13 @@ impl Stores {
     /// A clock of the interpolator, which runs only while there is no STOP: a step that finds its store full is lost.
     /// Returns whether all went in.
     pub fn put(&mut self, steps: [bool; 3]) -> bool {
-        let lost = (0..3).any(|axis| steps[axis] && self.0[axis] == DEPTH);
-        for axis in 0..3 {
-            self.0[axis] = (self.0[axis] + u8::from(steps[axis])).min(DEPTH);
+        let mut all = true;
+        for (store, step) in self.0.iter_mut().zip(steps) {
+            let full = *store == DEPTH;
+            all &= !(step && full);
+            *store += u8::from(step && !full);
         }
-        !lost
+        all
     }
 
     /// A pulse of Δt: the axes whose drives step.
