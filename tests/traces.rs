@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use discreta::interpolate::{
-    ArcInput, DdaLine3d, EfCircle, EfCirclePrinted, EfLine, EfLine3d, Interpolator, Karibsky, KaribskyPrinted,
-    Line3dInput, LineInput,
+    ArcInput, DdaLine3d, EfCircle, EfCircleFast, EfCirclePrinted, EfLine, EfLine3d, EfLineFast, EfLineFastPrinted,
+    Interpolator, Karibsky, KaribskyPrinted, Line3dInput, LineInput,
 };
 use vcd::{IdCode, ScopeItem, Value};
 
@@ -20,10 +20,13 @@ type Start = fn(&dyn Fn(&str) -> i64) -> Box<dyn Interpolator>;
 
 /// The algorithms, by how the path of a trace below `traces/` begins. The first that fits is taken.
 const ALGORITHMS: &[(&str, Start)] = &[
-    ("evaluation/line_", |net| {
-        let input = LineInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), bits: 8 };
-        Box::new(EfLine::new(input).unwrap())
-    }),
+    ("evaluation/line_centred_", |net| Box::new(EfLine::centred(line(net)).unwrap())),
+    ("evaluation/line_", |net| Box::new(EfLine::new(line(net)).unwrap())),
+    ("evaluation/fast_line_x_", |net| Box::new(EfLineFastPrinted::diagram(line(net)).unwrap())),
+    ("evaluation/fast_line_centred_", |net| Box::new(EfLineFast::centred(line(net)).unwrap())),
+    ("evaluation/fast_line_", |net| Box::new(EfLineFast::new(line(net)).unwrap())),
+    ("evaluation/fast_circle_cw_", |net| Box::new(EfCircleFast::new(arc(net, true)).unwrap())),
+    ("evaluation/fast_circle_", |net| Box::new(EfCircleFast::new(arc(net, false)).unwrap())),
     ("evaluation/circle_as_printed_", |net| Box::new(EfCirclePrinted::new(arc(net, false)).unwrap())),
     ("evaluation/circle_cw_", |net| Box::new(EfCircle::new(arc(net, true)).unwrap())),
     ("evaluation/circle_gates_cw_", |net| Box::new(EfCircle::new(arc(net, true)).unwrap())),
@@ -36,6 +39,10 @@ const ALGORITHMS: &[(&str, Start)] = &[
     ("three_axis/dda_line_half_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), true).unwrap())),
     ("three_axis/dda_line_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), false).unwrap())),
 ];
+
+fn line(net: &dyn Fn(&str) -> i64) -> LineInput {
+    LineInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), bits: 8 }
+}
 
 fn line_3d(net: &dyn Fn(&str) -> i64, bits: u32) -> Line3dInput {
     Line3dInput { start: ["xh", "yh", "zh"].map(net), increment: ["dx", "dy", "dz"].map(net), bits }
