@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use discreta::interpolate::{
-    ArcInput, DdaLine3d, EfCircle, EfCircleFast, EfCirclePrinted, EfLine, EfLine3d, EfLineFast, EfLineFastPrinted,
-    Interpolator, Karibsky, KaribskyPrinted, Line3dInput, LineInput,
+    ArcInput, CurveInput, DdaCurve, DdaLine3d, EfCircle, EfCircleFast, EfCirclePrinted, EfLine, EfLine3d, EfLineFast,
+    EfLineFastPrinted, Interpolator, Karibsky, KaribskyPrinted, Line3dInput, LineInput, Options, Printed,
 };
 use vcd::{IdCode, ScopeItem, Value};
 
@@ -35,6 +35,12 @@ const ALGORITHMS: &[(&str, Start)] = &[
     ("evaluation/karibsky_cw_", |net| Box::new(Karibsky::new(arc(net, true)).unwrap())),
     ("evaluation/karibsky_gates_cw_", |net| Box::new(Karibsky::new(arc(net, true)).unwrap())),
     ("evaluation/karibsky_", |net| Box::new(Karibsky::new(arc(net, false)).unwrap())),
+    ("dda/curve_parallel_", |net| curve(net, false, (true, false), Printed::default())),
+    ("dda/curve_half_", |net| curve(net, false, (false, true), Printed::default())),
+    ("dda/curve_clockwise_", |net| curve(net, true, (false, false), Printed::default())),
+    ("dda/curve_printed_", |net| curve(net, false, (false, false), Printed { signs: true, by: true })),
+    ("dda/curve_by_", |net| curve(net, false, (false, false), Printed { signs: false, by: true })),
+    ("dda/curve_", |net| curve(net, false, (false, false), Printed::default())),
     ("three_axis/line_", |net| Box::new(EfLine3d::new(line_3d(net, 8)).unwrap())),
     ("three_axis/dda_line_half_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), true).unwrap())),
     ("three_axis/dda_line_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), false).unwrap())),
@@ -46,6 +52,24 @@ fn line(net: &dyn Fn(&str) -> i64) -> LineInput {
 
 fn line_3d(net: &dyn Fn(&str) -> i64, bits: u32) -> Line3dInput {
     Line3dInput { start: ["xh", "yh", "zh"].map(net), increment: ["dx", "dy", "dz"].map(net), bits }
+}
+
+/// A curve through the start point, whose coefficients have 7 bits and whose coordinates 6, in two's complement.
+fn curve(
+    net: &dyn Fn(&str) -> i64,
+    clockwise: bool,
+    (parallel, half_preload): (bool, bool),
+    printed: Printed,
+) -> Box<dyn Interpolator> {
+    let coefficient = |name| net(name) << 57 >> 57;
+    let coordinate = |name| net(name) << 58 >> 58;
+    let mut coefficients = [0; 6];
+    coefficients[..5].copy_from_slice(&["a", "b", "c", "d", "e"].map(coefficient));
+    let [start, end] = [["xh", "yh"], ["xk", "yk"]].map(|point| point.map(coordinate));
+    let mut input = CurveInput { coefficients, start, end, clockwise, bits: 6 };
+    input.coefficients[5] = -input.value(start) as i64;
+    let options = Options { parallel, half_preload, ..Options::default() };
+    Box::new(DdaCurve::with_misprints(input, &options, printed).unwrap())
 }
 
 /// What the inputs of an arc's circuit say; `f0` has 10 bits in two's complement.

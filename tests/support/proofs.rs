@@ -2,8 +2,8 @@
 
 use discreta::circuit::Circuit;
 use discreta::interpolate::{
-    ArcInput, DdaLine3d, EfCircle, EfCircleFast, EfLine, EfLine3d, EfLineFast, EfLineFastPrinted, Interpolator,
-    Karibsky, Line3dInput, LineInput,
+    ArcInput, CurveInput, DdaCurve, DdaLine3d, EfCircle, EfCircleFast, EfLine, EfLine3d, EfLineFast, EfLineFastPrinted,
+    Interpolator, Karibsky, Line3dInput, LineInput, Options,
 };
 
 use super::bench::Bench;
@@ -58,6 +58,7 @@ pub const PROOFS: &[Proof] = &[
     Proof { path: "evaluation/karibsky.json", parameters: CLOCKWISE, cases: clockwise_karibsky },
     Proof { path: "evaluation/karibsky_gates.json", parameters: COUNTER_CLOCKWISE, cases: karibsky },
     Proof { path: "evaluation/karibsky_gates.json", parameters: CLOCKWISE, cases: clockwise_karibsky },
+    Proof { path: "dda/curve.json", parameters: &[("W", 5)], cases: curves },
     Proof { path: "three_axis/line.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/line_gates.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/dda_line.json", parameters: &[("W", 2)], cases: dda_lines_3d },
@@ -161,4 +162,42 @@ fn ef_lines_3d() -> Vec<Case> {
 
 fn dda_lines_3d() -> Vec<Case> {
     lines_3d(|input| Box::new(DdaLine3d::new(input, false).unwrap()))
+}
+
+/// Curves of each kind in 5 bits, counter-clockwise.
+fn curves() -> Vec<Case> {
+    let curves = [
+        // a line, a circle, an ellipse, a parabola, hyperbolas, rotated ones, one with all coefficients, short ones
+        ([0, 0, 0, 10, -14], [-7, -7], [7, 3]),
+        ([0, 0, 0, -13, 0], [9, 12], [9, -15]),
+        ([1, 0, 1, 0, 0], [10, 0], [10, 0]),
+        ([1, 0, 2, 0, 0], [6, 0], [-6, 0]),
+        ([2, 0, 1, 0, 0], [0, -6], [0, -6]),
+        ([0, 0, 1, -4, 0], [9, 6], [9, -6]),
+        ([0, 1, 0, 0, 0], [12, 1], [1, 12]),
+        ([-1, 0, 1, 0, 0], [-5, -4], [-5, 4]),
+        ([1, 1, 1, 0, 0], [5, 5], [5, 5]),
+        ([-1, 1, -1, 0, 0], [5, -5], [-5, 5]),
+        ([1, 1, 2, -3, 2], [4, 2], [4, 2]),
+        ([1, 0, 1, 0, 0], [10, 0], [10, 2]),
+        ([1, 0, 1, 0, 0], [0, 10], [-2, 9]),
+        ([1, 0, 1, 0, 0], [10, 0], [10, -3]),
+        // they drift by their end points: overflows of a derivative, of y, of x, and the watchdog
+        ([1, -1, -2, -4, 16], [0, 7], [7, 5]),
+        ([2, 0, -1, -11, -14], [5, -10], [4, -5]),
+        ([-1, -3, -2, -11, -11], [3, -3], [14, -12]),
+        ([1, 2, 1, 13, 14], [10, -12], [-8, 3]),
+    ];
+    let case = |(coefficients, start, end): ([i64; 5], [i64; 2], [i64; 2])| {
+        let [a, b, c, d, e] = coefficients;
+        let mut input = CurveInput { coefficients: [a, b, c, d, e, 0], start, end, clockwise: false, bits: 5 };
+        input.coefficients[5] = -input.value(start) as i64;
+        let course = input.course().unwrap();
+        let names = ["a", "b", "c", "d", "e", "xh", "yh", "xk", "yk", "limit", "last"];
+        let values = coefficients.into_iter().chain(start).chain(end).map(|v| v as u64);
+        let inputs = names.into_iter().zip(values.chain([course.limit, course.last])).collect();
+        let curve: Box<dyn Interpolator> = Box::new(DdaCurve::new(input, &Options::default()).unwrap());
+        (inputs, curve)
+    };
+    curves.map(case).into()
 }
