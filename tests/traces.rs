@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use discreta::interpolate::{
-    ArcInput, CurveInput, DdaCurve, DdaLine3d, EfCircle, EfCircleFast, EfCirclePrinted, EfLine, EfLine3d, EfLineFast,
-    EfLineFastPrinted, Interpolator, Karibsky, KaribskyPrinted, Line3dInput, LineInput, Options, Printed,
+    ArcInput, CurveInput, DdaCircle, DdaCurve, DdaLine, DdaLine3d, EfCircle, EfCircleFast, EfCirclePrinted, EfLine,
+    EfLine3d, EfLineFast, EfLineFastPrinted, Interpolator, Karibsky, KaribskyPrinted, Line3dInput, LineInput, Options,
+    Printed,
 };
 use vcd::{IdCode, ScopeItem, Value};
 
@@ -20,13 +21,21 @@ type Start = fn(&dyn Fn(&str) -> i64) -> Box<dyn Interpolator>;
 
 /// The algorithms, by how the path of a trace below `traces/` begins. The first that fits is taken.
 const ALGORITHMS: &[(&str, Start)] = &[
-    ("evaluation/line_centred_", |net| Box::new(EfLine::centred(line(net)).unwrap())),
-    ("evaluation/line_", |net| Box::new(EfLine::new(line(net)).unwrap())),
-    ("evaluation/fast_line_x_", |net| Box::new(EfLineFastPrinted::diagram(line(net)).unwrap())),
-    ("evaluation/fast_line_centred_", |net| Box::new(EfLineFast::centred(line(net)).unwrap())),
-    ("evaluation/fast_line_", |net| Box::new(EfLineFast::new(line(net)).unwrap())),
+    ("evaluation/line_centred_", |net| Box::new(EfLine::centred(line(net, 8)).unwrap())),
+    ("evaluation/line_", |net| Box::new(EfLine::new(line(net, 8)).unwrap())),
+    ("evaluation/fast_line_x_", |net| Box::new(EfLineFastPrinted::diagram(line(net, 8)).unwrap())),
+    ("evaluation/fast_line_centred_", |net| Box::new(EfLineFast::centred(line(net, 8)).unwrap())),
+    ("evaluation/fast_line_", |net| Box::new(EfLineFast::new(line(net, 8)).unwrap())),
     ("evaluation/fast_circle_cw_", |net| Box::new(EfCircleFast::new(arc(net, true)).unwrap())),
     ("evaluation/fast_circle_", |net| Box::new(EfCircleFast::new(arc(net, false)).unwrap())),
+    ("dda/line_half_", |net| dda_line(net, 3, Options { half_preload: true, ..Options::default() })),
+    ("dda/line_normalised_", |net| dda_line(net, 8, Options { normalise: true, ..Options::default() })),
+    ("dda/line_", |net| dda_line(net, 3, Options::default())),
+    ("dda/circle_half_", |net| dda_circle(net, 3, false, Options { half_preload: true, ..Options::default() })),
+    ("dda/circle_parallel_", |net| dda_circle(net, 3, false, Options { parallel: true, ..Options::default() })),
+    ("dda/circle_normalised_", |net| dda_circle(net, 6, false, Options { normalise: true, ..Options::default() })),
+    ("dda/circle_clockwise_", |net| dda_circle(net, 3, true, Options::default())),
+    ("dda/circle_", |net| dda_circle(net, 3, false, Options::default())),
     ("evaluation/circle_as_printed_", |net| Box::new(EfCirclePrinted::new(arc(net, false)).unwrap())),
     ("evaluation/circle_cw_", |net| Box::new(EfCircle::new(arc(net, true)).unwrap())),
     ("evaluation/circle_gates_cw_", |net| Box::new(EfCircle::new(arc(net, true)).unwrap())),
@@ -46,8 +55,17 @@ const ALGORITHMS: &[(&str, Start)] = &[
     ("three_axis/dda_line_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), false).unwrap())),
 ];
 
-fn line(net: &dyn Fn(&str) -> i64) -> LineInput {
-    LineInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), bits: 8 }
+fn line(net: &dyn Fn(&str) -> i64, bits: u32) -> LineInput {
+    LineInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), bits }
+}
+
+fn dda_line(net: &dyn Fn(&str) -> i64, bits: u32, options: Options) -> Box<dyn Interpolator> {
+    Box::new(DdaLine::new(line(net, bits), &options).unwrap())
+}
+
+fn dda_circle(net: &dyn Fn(&str) -> i64, bits: u32, clockwise: bool, options: Options) -> Box<dyn Interpolator> {
+    let input = ArcInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), f0: 0, clockwise, bits };
+    Box::new(DdaCircle::new(input, &options).unwrap())
 }
 
 fn line_3d(net: &dyn Fn(&str) -> i64, bits: u32) -> Line3dInput {
@@ -80,7 +98,7 @@ fn arc(net: &dyn Fn(&str) -> i64, clockwise: bool) -> ArcInput {
 
 /// Traces of circuits that are no interpolators, or fail as they are to; each has a test of its own elsewhere, or its
 /// scenario says what is to come of it.
-const OTHERS: &[&str] = &["evaluation/circle_worded"];
+const OTHERS: &[&str] = &["evaluation/circle_worded", "feed/"];
 
 /// What the nets show, by their names; nothing while a bit is unknown.
 type Nets = HashMap<String, Option<u64>>;
