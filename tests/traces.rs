@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use discreta::interpolate::{
-    ArcInput, CurveInput, DdaCircle, DdaCurve, DdaLine, DdaLine3d, EfCircle, EfCirclePrinted, EfLine, EfLine3d,
-    Interpolator, Karibsky, KaribskyPrinted, Line3dInput, LineInput, Options, Printed,
+    ArcInput, CurveInput, DdaCircle, DdaCurve, DdaLine, DdaLine3d, EfCircle, EfCircleFast, EfCirclePrinted, EfLine,
+    EfLine3d, EfLineFast, EfLineFastPrinted, Interpolator, Karibsky, KaribskyPrinted, Line3dInput, LineInput, Options,
+    Printed,
 };
 use vcd::{IdCode, ScopeItem, Value};
 
@@ -20,7 +21,13 @@ type Start = fn(&dyn Fn(&str) -> i64) -> Box<dyn Interpolator>;
 
 /// The algorithms, by how the path of a trace below `traces/` begins. The first that fits is taken.
 const ALGORITHMS: &[(&str, Start)] = &[
+    ("evaluation/line_centred_", |net| Box::new(EfLine::centred(line(net, 8)).unwrap())),
     ("evaluation/line_", |net| Box::new(EfLine::new(line(net, 8)).unwrap())),
+    ("evaluation/fast_line_x_", |net| Box::new(EfLineFastPrinted::diagram(line(net, 8)).unwrap())),
+    ("evaluation/fast_line_centred_", |net| Box::new(EfLineFast::centred(line(net, 8)).unwrap())),
+    ("evaluation/fast_line_", |net| Box::new(EfLineFast::new(line(net, 8)).unwrap())),
+    ("evaluation/fast_circle_cw_", |net| Box::new(EfCircleFast::new(arc(net, true)).unwrap())),
+    ("evaluation/fast_circle_", |net| Box::new(EfCircleFast::new(arc(net, false)).unwrap())),
     ("dda/line_half_", |net| dda_line(net, 3, Options { half_preload: true, ..Options::default() })),
     ("dda/line_normalised_", |net| dda_line(net, 8, Options { normalise: true, ..Options::default() })),
     ("dda/line_", |net| dda_line(net, 3, Options::default())),
