@@ -2,8 +2,8 @@
 
 use discreta::circuit::Circuit;
 use discreta::interpolate::{
-    ArcInput, CurveInput, DdaCurve, DdaLine3d, EfCircle, EfCircleFast, EfLine, EfLine3d, EfLineFast, EfLineFastPrinted,
-    Interpolator, Karibsky, Line3dInput, LineInput, Options,
+    ArcInput, Clock, Columns, CurveInput, DdaCircle, DdaCurve, DdaLine, DdaLine3d, EfCircle, EfCircleFast, EfLine,
+    EfLine3d, EfLineFast, EfLineFastPrinted, Interpolator, Karibsky, Line3dInput, LineInput, Options,
 };
 
 use super::bench::Bench;
@@ -64,6 +64,52 @@ pub const PROOFS: &[Proof] = &[
     Proof { path: "three_axis/line_gates.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/dda_line.json", parameters: &[("W", 2)], cases: dda_lines_3d },
     Proof { path: "three_axis/dda_line_gates.json", parameters: &[("W", 2)], cases: dda_lines_3d },
+    Proof { path: "dda/line.json", parameters: &[("W", 3)], cases: || dda_lines(PLAIN) },
+    Proof {
+        path: "dda/line.json",
+        parameters: &[("W", 3), ("HALF", 1), ("NORMALISE", 1)],
+        cases: || dda_lines(HALF_NORMALISED),
+    },
+    Proof { path: "dda/circle.json", parameters: COUNTER_CLOCKWISE, cases: || dda_circles(false, PLAIN) },
+    Proof { path: "dda/circle.json", parameters: CLOCKWISE, cases: || dda_circles(true, PLAIN) },
+    Proof {
+        path: "dda/circle.json",
+        parameters: &[("W", 3), ("HALF", 1), ("PARALLEL", 1)],
+        cases: || dda_circles(false, Options { half_preload: true, parallel: true, ..PLAIN }),
+    },
+    Proof {
+        path: "dda/circle.json",
+        parameters: &[("W", 3), ("HALF", 1), ("NORMALISE", 1)],
+        cases: || dda_circles(false, HALF_NORMALISED),
+    },
+    Proof {
+        path: "dda/circle.json",
+        parameters: &[("W", 3), ("CLOCKWISE", 1), ("NORMALISE", 1)],
+        cases: || dda_circles(true, Options { normalise: true, ..PLAIN }),
+    },
+    Proof { path: "dda/line_gates.json", parameters: &[("W", 3)], cases: || dda_lines(PLAIN) },
+    Proof {
+        path: "dda/line_gates.json",
+        parameters: &[("W", 3), ("HALF", 1), ("NORMALISE", 1)],
+        cases: || dda_lines(HALF_NORMALISED),
+    },
+    Proof { path: "dda/circle_gates.json", parameters: COUNTER_CLOCKWISE, cases: || dda_circles(false, PLAIN) },
+    Proof { path: "dda/circle_gates.json", parameters: CLOCKWISE, cases: || dda_circles(true, PLAIN) },
+    Proof {
+        path: "dda/circle_gates.json",
+        parameters: &[("W", 3), ("HALF", 1), ("PARALLEL", 1)],
+        cases: || dda_circles(false, Options { half_preload: true, parallel: true, ..PLAIN }),
+    },
+    Proof {
+        path: "dda/circle_gates.json",
+        parameters: &[("W", 3), ("HALF", 1), ("NORMALISE", 1)],
+        cases: || dda_circles(false, HALF_NORMALISED),
+    },
+    Proof {
+        path: "dda/circle_gates.json",
+        parameters: &[("W", 3), ("CLOCKWISE", 1), ("NORMALISE", 1)],
+        cases: || dda_circles(true, Options { normalise: true, ..PLAIN }),
+    },
 ];
 
 const COUNTER_CLOCKWISE: &[(&str, i64)] = &[("W", 3), ("CLOCKWISE", 0)];
@@ -163,6 +209,47 @@ fn ef_lines_3d() -> Vec<Case> {
 
 fn dda_lines_3d() -> Vec<Case> {
     lines_3d(|input| Box::new(DdaLine3d::new(input, false).unwrap()))
+}
+
+const PLAIN: Options =
+    Options { as_printed: false, half_preload: false, parallel: false, normalise: false, centred: false };
+const HALF_NORMALISED: Options = Options { half_preload: true, normalise: true, ..PLAIN };
+
+/// An interpolator by differential increments, whose number of shifts is compared also where it is 0 throughout.
+struct WithShifts<I>(I);
+
+impl<I: Interpolator> Iterator for WithShifts<I> {
+    type Item = Clock;
+
+    fn next(&mut self) -> Option<Clock> {
+        self.0.next()
+    }
+}
+
+impl<I: Interpolator> Interpolator for WithShifts<I> {
+    fn state(&self) -> Clock {
+        self.0.state()
+    }
+
+    fn columns(&self) -> Columns {
+        Columns::DDA_NORMALISED
+    }
+}
+
+fn dda_lines(options: Options) -> Vec<Case> {
+    lines(|input| Box::new(WithShifts(DdaLine::new(input, &options).unwrap())))
+}
+
+/// Every arc of 3 bits that is not refused.
+fn dda_circles(clockwise: bool, options: Options) -> Vec<Case> {
+    let points = || (0..8).flat_map(|x| (0..8).map(move |y| (x, y)));
+    let inputs = points().flat_map(|from| points().map(move |to| ArcInput::between(from, to, clockwise, 3)));
+    let cases = inputs.filter_map(|input| {
+        let circle = DdaCircle::new(input, &options).ok()?;
+        let inputs = [("dx", input.dx), ("dy", input.dy), ("xh", input.xh), ("yh", input.yh)];
+        Some((inputs.map(|(name, v)| (name, v as u64)).to_vec(), Box::new(WithShifts(circle)) as Box<dyn Interpolator>))
+    });
+    cases.collect()
 }
 
 /// Curves of each kind in 5 bits, counter-clockwise.
