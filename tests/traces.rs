@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use discreta::interpolate::{
-    ArcInput, DdaLine3d, EfCircle, EfCirclePrinted, EfLine, EfLine3d, Interpolator, Karibsky, KaribskyPrinted,
-    Line3dInput, LineInput,
+    ArcInput, ArcPath, DdaLine3d, EfCircle, EfCircleFast, EfCirclePrinted, EfLine, EfLine3d, InputError, Interpolator,
+    Karibsky, KaribskyPrinted, Line3dInput, LineInput, Method, Quadrants, Request,
 };
 use vcd::{IdCode, ScopeItem, Value};
 
@@ -32,6 +32,11 @@ const ALGORITHMS: &[(&str, Start)] = &[
     ("evaluation/karibsky_cw_", |net| Box::new(Karibsky::new(arc(net, true)).unwrap())),
     ("evaluation/karibsky_gates_cw_", |net| Box::new(Karibsky::new(arc(net, true)).unwrap())),
     ("evaluation/karibsky_", |net| Box::new(Karibsky::new(arc(net, false)).unwrap())),
+    ("quadrant/circle_", |net| Box::new(quadrants(net, |input| Ok(Box::new(EfCircle::new(input)?))))),
+    ("quadrant/fast_circle_", |net| Box::new(quadrants(net, |input| Ok(Box::new(EfCircleFast::new(input)?))))),
+    ("quadrant/karibsky_", |net| Box::new(quadrants(net, |input| Ok(Box::new(Karibsky::new(input)?))))),
+    ("quadrant/line_", |net| signed_line(net, Method::EfLine)),
+    ("quadrant/fast_line_", |net| signed_line(net, Method::EfLineFast)),
     ("three_axis/line_", |net| Box::new(EfLine3d::new(line_3d(net, 8)).unwrap())),
     ("three_axis/dda_line_half_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), true).unwrap())),
     ("three_axis/dda_line_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), false).unwrap())),
@@ -39,6 +44,36 @@ const ALGORITHMS: &[(&str, Start)] = &[
 
 fn line_3d(net: &dyn Fn(&str) -> i64, bits: u32) -> Line3dInput {
     Line3dInput { start: ["xh", "yh", "zh"].map(net), increment: ["dx", "dy", "dz"].map(net), bits }
+}
+
+/// A coordinate of 9 bits in two's complement.
+fn signed(net: &dyn Fn(&str) -> i64, name: &str) -> i64 {
+    net(name) << 55 >> 55
+}
+
+/// What the inputs of a line's circuit for all quadrants say.
+fn signed_line(net: &dyn Fn(&str) -> i64, method: Method) -> Box<dyn Interpolator> {
+    let [xh, yh, dx, dy] = ["xh", "yh", "dx", "dy"].map(|name| signed(net, name));
+    let request = Request { from: [xh, yh, 0], bits: Some(8), ..Request::new(method, [xh + dx, yh + dy, 0]) };
+    request.draw().unwrap().interpolator
+}
+
+/// What the inputs of an arc's circuit for all quadrants say.
+fn quadrants(
+    net: &dyn Fn(&str) -> i64,
+    core: impl Fn(ArcInput) -> Result<Box<dyn Interpolator>, InputError> + 'static,
+) -> Quadrants {
+    let point = |x: &str, y: &str| [signed(net, x), signed(net, y)];
+    let path = ArcPath {
+        center: point("xc", "yc"),
+        from: point("xh", "yh"),
+        to: point("xk", "yk"),
+        full: true,
+        clockwise: net("cw") == 1,
+        f0: net("f0") << 54 >> 54,
+        bits: 8,
+    };
+    Quadrants::new(path, true, core).unwrap()
 }
 
 /// What the inputs of an arc's circuit say; `f0` has 10 bits in two's complement.
@@ -54,7 +89,8 @@ const OTHERS: &[&str] = &["evaluation/circle_worded"];
 /// What the nets show, by their names; nothing while a bit is unknown.
 type Nets = HashMap<String, Option<u64>>;
 
-/// The widths of the top scope's nets, and their values after each instant at which something changes.
+/// The widths of the nets of the top scope, and of those of its interpolator `core` that it does not show itself, and their
+/// values after each instant at which something changes.
 fn instants(path: &Path) -> (HashMap<String, u32>, BTreeMap<u64, Nets>) {
     let mut parser = vcd::Parser::new(BufReader::new(File::open(path).unwrap()));
     let header = parser.parse_header().unwrap();
@@ -68,8 +104,14 @@ fn instants(path: &Path) -> (HashMap<String, u32>, BTreeMap<u64, Nets>) {
     };
     let mut names: HashMap<IdCode, Vec<String>> = HashMap::new();
     let mut widths = HashMap::new();
-    for item in &top.items {
-        if let ScopeItem::Var(v) = item {
+    let core = top.items.iter().filter_map(|i| match i {
+        ScopeItem::Scope(s) if s.identifier == "core" => Some(&s.items),
+        _ => None,
+    });
+    for item in top.items.iter().chain(core.flatten()) {
+        if let ScopeItem::Var(v) = item
+            && !widths.contains_key(&v.reference)
+        {
             names.entry(v.code).or_default().push(v.reference.clone());
             widths.insert(v.reference.clone(), v.size);
         }
