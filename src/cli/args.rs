@@ -4,7 +4,10 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+
+use crate::interpolate::Method;
 
 /// `discreta`.
 #[derive(Parser, Debug)]
@@ -106,21 +109,24 @@ fn condition(text: &str) -> Result<Condition, String> {
     }
 }
 
-/// A point in steps.
+/// A point in BLU.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Point {
-    /// Along the first axis.
+    /// Along x.
     pub x: i64,
-    /// Along the second.
+    /// Along y.
     pub y: i64,
+    /// Along z, for what is drawn in space.
+    pub z: Option<i64>,
 }
 
 fn point(text: &str) -> Result<Point, String> {
-    let parse = || {
-        let (x, y) = text.split_once(',')?;
-        Some(Point { x: x.trim().parse().ok()?, y: y.trim().parse().ok()? })
-    };
-    parse().ok_or_else(|| "write it as two whole numbers, X,Y".to_owned())
+    let numbers: Option<Vec<i64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y]) => Ok(Point { x, y, z: None }),
+        Some(&[x, y, z]) => Ok(Point { x, y, z: Some(z) }),
+        _ => Err("write it as two whole numbers, X,Y, or three in space, X,Y,Z".to_owned()),
+    }
 }
 
 /// What makes a netlist of a circuit file.
@@ -333,10 +339,54 @@ pub enum StepsFormat {
     Table,
     /// Comma-separated values with a header.
     Csv,
-    /// JSON.
+    /// JSON, one clock a line.
     Json,
-    /// One letter a clock: X, Y, D for both, - for none.
+    /// One letter a clock, on one line.
     Steps,
+}
+
+/// What is drawn, from where to where, and how: the options of a method.
+#[derive(Args, Debug, Clone, Default)]
+pub struct DrawingArgs {
+    /// Where to go, in BLU: X,Y, or X,Y,Z in space
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point)]
+    pub to: Option<Point>,
+
+    /// Where to begin, in BLU; lines begin at the origin by default
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point)]
+    pub from: Option<Point>,
+
+    /// The centre of an arc, in BLU; the origin by default
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point)]
+    pub center: Option<Point>,
+
+    /// An arc goes counter-clockwise, which is the default
+    #[arg(long, conflicts_with = "cw")]
+    pub ccw: bool,
+
+    /// An arc goes clockwise
+    #[arg(long)]
+    pub cw: bool,
+
+    /// Bits of the registers; by default the fewest that do, but 8 at least
+    #[arg(long, value_name = "P")]
+    pub bits: Option<u32>,
+
+    /// Preload the accumulators of a DDA with half of their volume
+    #[arg(long)]
+    pub half_preload: bool,
+
+    /// Let both axes of a DDA use the coordinates from before the clock, as hardware does
+    #[arg(long)]
+    pub parallel: bool,
+
+    /// Begin F in the middle of its range, which halves the deviation
+    #[arg(long)]
+    pub centred: bool,
+
+    /// Follow the source to the letter, misprints included
+    #[arg(long)]
+    pub as_printed: bool,
 }
 
 /// `discreta interpolate`.
@@ -346,27 +396,29 @@ Examples:
   discreta interpolate ef-line --to 5,3
   discreta interpolate ef-line --to 5,3 --format steps
         XYXYXXYX
-  discreta interpolate ef-line --from 2,-1 --to -3,4 --format csv")]
+  discreta interpolate ef-circle --from 5,0 --to 0,5 --format csv
+
+A step is X, Y or Z along one axis; D along x and y, E along x and z, F along y and z; A along all three; - none.
+docs/interpolators.md describes every method and what each format prints.
+Exit status: 0 the end was reached; 1 it was not; 2 usage, input or output.")]
 pub struct InterpolateArgs {
-    /// The algorithm, e.g. ef-line: a straight line by the evaluation function
-    #[arg(value_name = "METHOD")]
-    pub method: String,
+    /// The method
+    #[arg(value_name = "METHOD", value_parser = methods())]
+    pub method: Method,
 
-    /// Where to go, in steps
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point)]
-    pub to: Point,
-
-    /// Where to begin, in steps
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point, default_value = "0,0")]
-    pub from: Point,
-
-    /// Follow the source to the letter, misprints included
-    #[arg(long)]
-    pub as_printed: bool,
+    /// What to draw.
+    #[command(flatten)]
+    pub drawing: DrawingArgs,
 
     /// Print a table, or something for programs
     #[arg(long, value_name = "FORMAT", default_value = "table")]
     pub format: StepsFormat,
+}
+
+/// The names of the methods, each with what it is.
+fn methods() -> impl TypedValueParser<Value = Method> {
+    let names = Method::ALL.iter().map(|m| PossibleValue::new(m.name()).help(m.about()));
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<Method>())
 }
 
 /// What a schema is of.

@@ -8,6 +8,7 @@ pub mod args;
 pub mod check;
 pub mod completions;
 pub mod diff;
+mod drawing;
 pub mod error;
 pub mod interpolate;
 pub mod interrupt;

@@ -1,0 +1,70 @@
+//! From the options of a method to a [`Request`].
+
+use super::CliError;
+use super::args::{DrawingArgs, Point};
+use crate::interpolate::{Drawing, InputError, Method, Options, Request, Shape};
+
+/// Makes the interpolator.
+///
+/// # Errors
+/// An option that the method does not have, one that it needs and was not given, or what it cannot draw.
+pub fn draw(method: Method, args: &DrawingArgs) -> Result<(Request, Drawing), CliError> {
+    let request = request(method, args)?;
+    let drawing = request.draw().map_err(refused)?;
+    Ok((request, drawing))
+}
+
+/// What a refusal means for the user.
+fn refused(error: InputError) -> CliError {
+    CliError::usage(error.to_string())
+}
+
+/// What the options say.
+fn request(method: Method, args: &DrawingArgs) -> Result<Request, CliError> {
+    let shape = method.shape();
+    let missing = |option| refused(InputError::Missing { method, option });
+    let curved = matches!(shape, Shape::Arc | Shape::Curve);
+    let of_arcs = [
+        ("--center", args.center.is_some(), shape == Shape::Arc),
+        ("--ccw", args.ccw, curved),
+        ("--cw", args.cw, curved),
+    ];
+    for (option, given, there_is) in of_arcs {
+        if given && !there_is {
+            return Err(refused(InputError::Option { method, option }));
+        }
+    }
+    let to = at(method, "--to", args.to.ok_or_else(|| missing("--to"))?)?;
+    let from = match args.from {
+        Some(from) => at(method, "--from", from)?,
+        None if curved => return Err(missing("--from")),
+        None => [0; 3],
+    };
+    let center = match args.center {
+        Some(center) => at(method, "--center", center)?,
+        None => [0; 3],
+    };
+    Ok(Request {
+        from,
+        center: [center[0], center[1]],
+        clockwise: args.cw,
+        bits: args.bits,
+        options: Options {
+            as_printed: args.as_printed,
+            half_preload: args.half_preload,
+            parallel: args.parallel,
+            centred: args.centred,
+        },
+        ..Request::new(method, to)
+    })
+}
+
+/// A point with as many coordinates as the method has axes.
+fn at(method: Method, option: &str, point: Point) -> Result<[i64; 3], CliError> {
+    match (method.shape() == Shape::Line3d, point.z) {
+        (true, Some(z)) => Ok([point.x, point.y, z]),
+        (false, None) => Ok([point.x, point.y, 0]),
+        (true, None) => Err(CliError::usage(format!("{method} draws in space: write {option} X,Y,Z"))),
+        (false, Some(_)) => Err(CliError::usage(format!("{method} draws in the plane: write {option} X,Y"))),
+    }
+}
