@@ -33,6 +33,7 @@ pub mod engine;
 pub mod interpolate;
 pub mod json;
 pub mod netlist;
+pub mod plot;
 pub mod scenario;
 mod simulator;
 mod timescale;

@@ -46,6 +46,8 @@ pub enum Command {
     Diff(DiffArgs),
     /// Print what an interpolation algorithm does, step by step, without any circuit
     Interpolate(InterpolateArgs),
+    /// Draw the path of a method or of a waveform over the ideal curve, as SVG
+    Plot(PlotArgs),
     /// Print the JSON Schema of the files that you write, for your editor
     Schema(SchemaArgs),
     /// Print a script that completes this command line in your shell
@@ -419,6 +421,53 @@ pub struct InterpolateArgs {
 fn methods() -> impl TypedValueParser<Value = Method> {
     let names = Method::ALL.iter().map(|m| PossibleValue::new(m.name()).help(m.about()));
     PossibleValuesParser::new(names).try_map(|name| name.parse::<Method>())
+}
+
+/// `discreta plot`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta plot ef-line --to 5,3 -o line.svg
+  discreta plot dda-circle --from 100,0 --to 0,100 --half-preload -o circle.svg
+  discreta plot traces/evaluation/line_5_3.vcd -o trace.svg
+        the path of the nets xt and yt, clocked by dt, over the line from its first point to its last
+  discreta plot arc.vcd --center 0,0 --cw -o arc.svg
+        the same over a clockwise arc around the origin
+
+The picture is SVG: above, the path over the ideal curve; below, the distance between them after each clock.
+Exit status: 0 drawn; 1 drawn, but the end was not reached; 2 usage, input or output.")]
+pub struct PlotArgs {
+    /// A method, or a waveform: VCD, FST or GHW
+    #[arg(value_name = "METHOD|WAVEFORM", value_hint = ValueHint::AnyPath)]
+    pub what: String,
+
+    /// What to draw, or what a waveform is to be compared with.
+    #[command(flatten)]
+    pub drawing: DrawingArgs,
+
+    /// Write the picture to a file (.svg), or to standard output (-)
+    #[arg(short, long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
+    pub output: PathBuf,
+
+    /// The net of the x coordinate in a waveform; xt by default
+    #[arg(long, value_name = "NET")]
+    pub x: Option<String>,
+
+    /// The net of the y coordinate in a waveform; yt by default
+    #[arg(long, value_name = "NET")]
+    pub y: Option<String>,
+
+    /// The net of the z coordinate in a waveform, if it has one
+    #[arg(long, value_name = "NET")]
+    pub z: Option<String>,
+
+    /// The net of the feed clock in a waveform; dt by default
+    #[arg(long, value_name = "NET")]
+    pub clock: Option<String>,
+
+    /// The coordinates in a waveform are two's complement
+    #[arg(long)]
+    pub signed: bool,
 }
 
 /// What a schema is of.

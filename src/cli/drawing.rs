@@ -1,4 +1,4 @@
-//! From the options of a method to a [`Request`].
+//! From the options of a method to a [`Request`], and what it is called.
 
 use super::CliError;
 use super::args::{DrawingArgs, Point};
@@ -66,5 +66,44 @@ fn at(method: Method, option: &str, point: Point) -> Result<[i64; 3], CliError> 
         (false, None) => Ok([point.x, point.y, 0]),
         (true, None) => Err(CliError::usage(format!("{method} draws in space: write {option} X,Y,Z"))),
         (false, Some(_)) => Err(CliError::usage(format!("{method} draws in the plane: write {option} X,Y"))),
+    }
+}
+
+/// What is drawn, by what: `ef-line, centred: (0, 0) → (5, 3)`.
+pub fn title(request: &Request, axes: usize) -> String {
+    let mut title = request.method.to_string();
+    let options = request.options;
+    for (set, word) in [
+        (options.as_printed, "as printed"),
+        (options.half_preload, "half preload"),
+        (options.parallel, "parallel"),
+        (options.centred, "centred"),
+        (request.clockwise, "clockwise"),
+    ] {
+        if set {
+            title += ", ";
+            title += word;
+        }
+    }
+    format!("{title}: {} → {}", point(request.from, axes), point(request.to, axes))
+}
+
+/// A point as it is printed.
+pub fn point(at: [i64; 3], axes: usize) -> String {
+    let all: Vec<String> = at[..axes].iter().map(i64::to_string).collect();
+    format!("({})", all.join(", "))
+}
+
+impl DrawingArgs {
+    /// The first option given that says how a method works, and so means nothing without one.
+    pub fn of_methods_alone(&self) -> Option<&'static str> {
+        let all = [
+            ("--bits", self.bits.is_some()),
+            ("--half-preload", self.half_preload),
+            ("--parallel", self.parallel),
+            ("--centred", self.centred),
+            ("--as-printed", self.as_printed),
+        ];
+        all.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
     }
 }

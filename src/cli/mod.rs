@@ -14,6 +14,7 @@ pub mod interpolate;
 pub mod interrupt;
 pub mod man;
 pub mod output;
+pub mod plot;
 mod prepare;
 pub mod progress;
 pub mod run;
@@ -80,6 +81,7 @@ fn dispatch(command: &Command, out: &mut Out) -> Result<Status, CliError> {
         Command::Test(args) => test::run(args, out),
         Command::Diff(args) => diff::run(args, out),
         Command::Interpolate(args) => interpolate::run(args, out),
+        Command::Plot(args) => plot::run(args, out),
         Command::Schema(args) => schema::run(args, out),
         Command::Completions(args) => completions::run(args, out),
         Command::Man(args) => man::run(args, out),
