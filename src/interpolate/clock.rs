@@ -65,6 +65,9 @@ impl Columns {
     pub const EVALUATION: Columns = Columns { at: &["xt", "yt"], left: &["kox", "koy"], sum: &["f"] };
     /// Two coordinates, two counters and two sums, as a DDA has them.
     pub const DDA: Columns = Columns { at: &["xt", "yt"], left: &["kox", "koy"], sum: &["sx", "sy"] };
+    /// The same, normalised: the third number of [`Clock::sum`] is by how many bits what the next clock adds is shifted.
+    pub const DDA_NORMALISED: Columns =
+        Columns { at: &["xt", "yt"], left: &["kox", "koy"], sum: &["sx", "sy", "shifts"] };
 }
 
 /// Why an interpolator stopped without its end.

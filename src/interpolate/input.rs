@@ -201,6 +201,13 @@ pub enum InputError {
         /// The register's width.
         bits: u32,
     },
+    /// The end point of an arc is not on its circle, not even rounded.
+    OffCircle {
+        /// The end point, BLU.
+        end: (i64, i64),
+        /// The start point, through which the circle goes, BLU.
+        start: (i64, i64),
+    },
     /// The difference of two coordinates does not fit 64 bits.
     Overflow,
     /// An option that the method does not have.
@@ -244,6 +251,16 @@ impl fmt::Display for InputError {
                     "the start point is too far from the circle: F = {value} is outside {}..{}, what {bits} bits hold",
                     -half,
                     half - 1
+                )
+            }
+            InputError::OffCircle { end: (xk, yk), start: (xh, yh) } => {
+                let radius = |x: i64, y: i64| (x as f64 * x as f64 + y as f64 * y as f64).sqrt();
+                write!(
+                    f,
+                    "the end point ({xk}, {yk}) is off the circle: it is {:.2} from the centre, the start point {:.2}, \
+                     and they may differ by less than 2",
+                    radius(xk, yk),
+                    radius(xh, yh)
                 )
             }
             InputError::Overflow => write!(f, "the end point is too far from the start point"),

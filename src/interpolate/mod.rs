@@ -15,8 +15,14 @@ pub mod method;
 pub mod request;
 
 pub use clock::{Clock, Columns, Interpolator, Stopped, Watchdog};
+pub use dda::circle::{DdaCircle, DdaCirclePrinted};
+pub use dda::line::{DdaLine, DdaLinePrinted};
+pub use dda::line_3d::DdaLine3d;
 pub use evaluation::circle::{EfCircle, EfCirclePrinted};
+pub use evaluation::fast_circle::{EfCircleFast, EfCircleFastPrinted};
+pub use evaluation::fast_line::{EfLineFast, EfLineFastPrinted};
 pub use evaluation::line::{EfLine, EfLinePrinted};
+pub use evaluation::line_3d::EfLine3d;
 pub use ideal::Ideal;
 pub use input::{ArcInput, InputError, Line3dInput, LineInput};
 pub use method::{Method, Shape, UnknownMethod};

@@ -1,6 +1,8 @@
 //! The front door: a method, two points and the options, made into an interpolator and the curve that it is to follow.
 
-use super::{ArcInput, Ideal, InputError, Interpolator, Line3dInput, LineInput, MAX_BITS, Method, Shape, evaluation};
+use super::{
+    ArcInput, Ideal, InputError, Interpolator, Line3dInput, LineInput, MAX_BITS, Method, Shape, dda, evaluation,
+};
 
 /// How a method works; the default is each method's own default.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -11,6 +13,8 @@ pub struct Options {
     pub half_preload: bool,
     /// DDA circle and curve: both axes from the old coordinates, instead of y from the new x.
     pub parallel: bool,
+    /// DDA line and circle: what is added is shifted left until a top bit is set.
+    pub normalise: bool,
     /// Lines by evaluation function: `F` begins in the middle of its range.
     pub centred: bool,
 }
@@ -47,8 +51,10 @@ pub struct Request {
     pub to: [i64; 3],
     /// The centre of an arc in BLU.
     pub center: [i64; 2],
-    /// An arc goes clockwise.
+    /// An arc or a curve goes clockwise.
     pub clockwise: bool,
+    /// The coefficients `A` to `F` of a curve `A·x² + B·xy + C·y² + D·x + E·y + F = 0`.
+    pub conic: Option<[i64; 6]>,
     /// Bits of the registers; without them, the fewest that do from 8 up.
     pub bits: Option<u32>,
     /// How the method works.
@@ -75,8 +81,15 @@ impl Request {
             to,
             center: [0; 2],
             clockwise: false,
+            conic: None,
             bits: None,
-            options: Options { as_printed: false, half_preload: false, parallel: false, centred: false },
+            options: Options {
+                as_printed: false,
+                half_preload: false,
+                parallel: false,
+                normalise: false,
+                centred: false,
+            },
         }
     }
 
@@ -128,6 +141,8 @@ impl Request {
 pub(super) fn line(method: Method, input: LineInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     match method {
         Method::EfLine => evaluation::line::build(input, options),
+        Method::DdaLine => dda::line::build(input, options),
+        Method::EfLineFast => evaluation::fast_line::build(input, options),
         _ => Err(InputError::Missing { method, option: "an algorithm" }),
     }
 }
@@ -135,16 +150,22 @@ pub(super) fn line(method: Method, input: LineInput, options: &Options) -> Resul
 /// A line of the first octant of space.
 pub(super) fn line_3d(
     method: Method,
-    _input: Line3dInput,
-    _options: &Options,
+    input: Line3dInput,
+    options: &Options,
 ) -> Result<Box<dyn Interpolator>, InputError> {
-    Err(InputError::Missing { method, option: "an algorithm" })
+    match method {
+        Method::EfLine3d => evaluation::line_3d::build(input, options),
+        Method::DdaLine3d => dda::line_3d::build(input, options),
+        _ => Err(InputError::Missing { method, option: "an algorithm" }),
+    }
 }
 
 /// An arc of the first quadrant around the origin.
 pub(super) fn arc(method: Method, input: ArcInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     match method {
         Method::EfCircle | Method::Grossman => evaluation::circle::build(input, options),
+        Method::DdaCircle => dda::circle::build(input, options),
+        Method::EfCircleFast => evaluation::fast_circle::build(input, options),
         _ => Err(InputError::Missing { method, option: "an algorithm" }),
     }
 }

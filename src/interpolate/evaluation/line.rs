@@ -7,42 +7,47 @@
 
 use std::iter::FusedIterator;
 
-use crate::interpolate::{Clock, Columns, InputError, Interpolator, LineInput, Options, Watchdog};
+use crate::interpolate::{Clock, Columns, InputError, Interpolator, LineInput, Method, Options, Watchdog};
 
 /// What the command line asks for.
 pub(in crate::interpolate) fn build(input: LineInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
-    Ok(if options.as_printed {
-        let printed = EfLinePrinted::new(input)?;
-        Box::new(Watchdog::new(printed, printed.bound()))
-    } else {
-        Box::new(EfLine::new(input)?)
+    Ok(match (options.as_printed, options.centred) {
+        (false, false) => Box::new(EfLine::new(input)?),
+        (false, true) => Box::new(EfLine::centred(input)?),
+        (true, false) => {
+            let printed = EfLinePrinted::new(input)?;
+            Box::new(Watchdog::new(printed, printed.bound()))
+        }
+        (true, true) => return Err(InputError::Option { method: Method::EfLine, option: "--centred" }),
     })
 }
 
-/// The cells of the program's memory, which are the registers of the block diagram.
+/// The cells of the program's memory, which are the registers of the block diagram. Shared by both lines in the plane
+/// by evaluation function.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct State {
-    input: LineInput,
-    xt: i64,
-    yt: i64,
-    kox: u64,
-    koy: u64,
-    f: i64,
+pub(super) struct State {
+    pub(super) input: LineInput,
+    pub(super) xt: i64,
+    pub(super) yt: i64,
+    pub(super) kox: u64,
+    pub(super) koy: u64,
+    pub(super) f: i64,
 }
 
 impl State {
     /// Points 1 to 3 of the program: what START loads.
-    fn load(input: LineInput) -> Result<State, InputError> {
+    pub(super) fn load(input: LineInput) -> Result<State, InputError> {
         input.check()?;
         let LineInput { xh, yh, dx, dy, .. } = input;
         Ok(State { input, xt: xh, yt: yh, kox: dx.unsigned_abs(), koy: dy.unsigned_abs(), f: 0 })
     }
 
-    const fn end(&self) -> bool {
+    pub(super) const fn end(&self) -> bool {
         self.kox == 0 && self.koy == 0
     }
 
-    fn clock(&self, x: bool, y: bool) -> Clock {
+    /// The registers after a clock with these steps.
+    pub(super) fn clock(&self, x: bool, y: bool) -> Clock {
         Clock {
             step: [i8::from(x), i8::from(y), 0],
             at: [self.xt, self.yt, 0],
@@ -52,12 +57,12 @@ impl State {
         }
     }
 
-    const fn step_x(&mut self) {
+    pub(super) const fn step_x(&mut self) {
         self.xt += 1;
         self.kox = self.kox.wrapping_sub(1) & mask(self.input.bits);
     }
 
-    const fn step_y(&mut self) {
+    pub(super) const fn step_y(&mut self) {
         self.yt += 1;
         self.koy = self.koy.wrapping_sub(1) & mask(self.input.bits);
     }
@@ -94,6 +99,17 @@ impl EfLine {
     /// If an increment is negative, or it or a coordinate does not fit the registers, or their width is not possible.
     pub fn new(input: LineInput) -> Result<Self, InputError> {
         Ok(EfLine { state: State::load(input)? })
+    }
+
+    /// The same with `F₀ = ⌊(ΔX − ΔY)/2⌋` for 0 (an extension): from 0 `F` goes over −ΔY … ΔX − 1, and so it lies in the
+    /// middle. The deviation is at most √½ BLU then, and `ΔX = 0` costs no clock without a step.
+    ///
+    /// # Errors
+    /// As [`EfLine::new`].
+    pub fn centred(input: LineInput) -> Result<Self, InputError> {
+        let mut line = EfLine::new(input)?;
+        line.state.f = (input.dx - input.dy) >> 1;
+        Ok(line)
     }
 }
 
@@ -265,6 +281,26 @@ mod tests {
             assert_eq!(clocks, dx + dy + idle, "({dx}, {dy})");
         }
         assert_eq!((least, greatest), (-255, 254));
+    }
+
+    #[test]
+    fn centred_8_bit_lines_are_exact_and_at_most_root_half_off() {
+        let mut worst = 0.0;
+        for (dx, dy) in all_8_bit() {
+            let (mut clocks, mut last) = (0, line(dx, dy).state());
+            for c in EfLine::centred(LineInput::new(dx, dy)).unwrap() {
+                clocks += 1;
+                let f = c.at[1] * dx - c.at[0] * dy;
+                // |F| / √(ΔX² + ΔY²) ≤ √½
+                assert!(2 * f * f <= dx * dx + dy * dy, "({dx}, {dy}) at {:?}", c.at);
+                worst = f64::max(worst, (f * f) as f64 / (dx * dx + dy * dy) as f64);
+                assert_eq!(c.sum[0], f + ((dx - dy) >> 1), "({dx}, {dy})");
+                last = c;
+            }
+            assert_eq!((last.end, last.at, clocks), (true, [dx, dy, 0], dx + dy), "({dx}, {dy})");
+        }
+        println!("worst {}", worst.sqrt());
+        assert_eq!((worst.sqrt() * 1e4).round(), 7071.0);
     }
 
     #[test]

@@ -2,4 +2,7 @@
 //! lies, and so which step leads back.
 
 pub mod circle;
+pub mod fast_circle;
+pub mod fast_line;
 pub mod line;
+pub mod line_3d;
