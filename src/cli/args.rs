@@ -131,6 +131,11 @@ fn point(text: &str) -> Result<Point, String> {
     }
 }
 
+fn conic(text: &str) -> Result<[i64; 6], String> {
+    let numbers: Option<Vec<i64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    numbers.and_then(|n| n.try_into().ok()).ok_or_else(|| "write it as six whole numbers, A,B,C,D,E,F".to_owned())
+}
+
 /// What makes a netlist of a circuit file.
 #[derive(Args, Debug, Clone)]
 pub struct ElaborationArgs {
@@ -370,6 +375,10 @@ pub struct DrawingArgs {
     #[arg(long)]
     pub cw: bool,
 
+    /// The curve A·x² + B·xy + C·y² + D·x + E·y + F = 0
+    #[arg(long, value_name = "A,B,C,D,E,F", allow_hyphen_values = true, value_parser = conic)]
+    pub conic: Option<[i64; 6]>,
+
     /// Bits of the registers; by default the fewest that do, but 8 at least
     #[arg(long, value_name = "P")]
     pub bits: Option<u32>,
@@ -381,6 +390,10 @@ pub struct DrawingArgs {
     /// Let both axes of a DDA use the coordinates from before the clock, as hardware does
     #[arg(long)]
     pub parallel: bool,
+
+    /// Shift what a DDA adds to the left until a top bit is set, which takes fewer clocks
+    #[arg(long)]
+    pub normalise: bool,
 
     /// Begin F in the middle of its range, which halves the deviation
     #[arg(long)]

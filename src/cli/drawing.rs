@@ -24,12 +24,13 @@ fn request(method: Method, args: &DrawingArgs) -> Result<Request, CliError> {
     let shape = method.shape();
     let missing = |option| refused(InputError::Missing { method, option });
     let curved = matches!(shape, Shape::Arc | Shape::Curve);
-    let of_arcs = [
+    let of_shapes = [
         ("--center", args.center.is_some(), shape == Shape::Arc),
+        ("--conic", args.conic.is_some(), shape == Shape::Curve),
         ("--ccw", args.ccw, curved),
         ("--cw", args.cw, curved),
     ];
-    for (option, given, there_is) in of_arcs {
+    for (option, given, there_is) in of_shapes {
         if given && !there_is {
             return Err(refused(InputError::Option { method, option }));
         }
@@ -48,11 +49,13 @@ fn request(method: Method, args: &DrawingArgs) -> Result<Request, CliError> {
         from,
         center: [center[0], center[1]],
         clockwise: args.cw,
+        conic: args.conic,
         bits: args.bits,
         options: Options {
             as_printed: args.as_printed,
             half_preload: args.half_preload,
             parallel: args.parallel,
+            normalise: args.normalise,
             centred: args.centred,
         },
         ..Request::new(method, to)
@@ -77,6 +80,7 @@ pub fn title(request: &Request, axes: usize) -> String {
         (options.as_printed, "as printed"),
         (options.half_preload, "half preload"),
         (options.parallel, "parallel"),
+        (options.normalise, "normalised"),
         (options.centred, "centred"),
         (request.clockwise, "clockwise"),
     ] {
@@ -101,6 +105,7 @@ impl DrawingArgs {
             ("--bits", self.bits.is_some()),
             ("--half-preload", self.half_preload),
             ("--parallel", self.parallel),
+            ("--normalise", self.normalise),
             ("--centred", self.centred),
             ("--as-printed", self.as_printed),
         ];

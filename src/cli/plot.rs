@@ -94,18 +94,18 @@ fn of_method(method: Method, args: &PlotArgs) -> Result<Plotted, CliError> {
     }
     let stopped = interpolator.stopped().map(|s| s.to_string());
     let title = drawing::title(&request, axes);
-    let note = note(&recording, Some(bits), stopped.as_deref());
+    let note = note(&recording, Some(bits), stopped.is_some());
     Ok(Plotted { title, note, ideal, recording, stopped })
 }
 
-fn note(recording: &Recording, bits: Option<u32>, stopped: Option<&str>) -> String {
+fn note(recording: &Recording, bits: Option<u32>, stopped: bool) -> String {
     let clocks = recording.clocks();
     let mut note = format!("{clocks} clock{}", if clocks == 1 { "" } else { "s" });
     if let Some(bits) = bits {
         note += &format!(", registers of {bits} bits");
     }
-    if let Some(stopped) = stopped {
-        note += &format!("; {stopped}");
+    if stopped {
+        note += "; the end was not reached";
     }
     note
 }
@@ -140,7 +140,7 @@ fn of_trace(path: &Path, args: &PlotArgs) -> Result<Plotted, CliError> {
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
     let shape = if arc { "an arc" } else { "a line" };
     let title = format!("{name}: {shape} {} → {}", drawing::point(from, axes), drawing::point(to, axes));
-    let note = note(&recording, None, None);
+    let note = note(&recording, None, false);
     Ok(Plotted { title, note, ideal, recording, stopped: None })
 }
 

@@ -26,11 +26,13 @@ impl Options {
         let printed = !matches!(method, EfLine3d | DdaLine3d);
         let dda = matches!(method, DdaLine | DdaCircle | DdaCurve | DdaLine3d);
         let from_old = matches!(method, DdaCircle | DdaCurve);
-        let line = matches!(method, EfLine | EfLineFast);
+        let normalised = matches!(method, DdaLine | DdaCircle);
+        let line = matches!(method, EfLine | EfLineFast | EfLine3d);
         let all = [
             ("--as-printed", self.as_printed, printed),
             ("--half-preload", self.half_preload, dda),
             ("--parallel", self.parallel, from_old),
+            ("--normalise", self.normalise, normalised),
             ("--centred", self.centred, line),
         ];
         match all.into_iter().find(|&(_, set, has)| set && !has) {

@@ -109,7 +109,7 @@ impl Picture<'_> {
         svg.style(STYLE);
         svg.rectangle("paper", [0.0, 0.0, WIDTH, height]);
         svg.label("title", [LEFT, 26.0], "start", &shortened(self.title, 78));
-        svg.label("soft", [LEFT, 47.0], "start", &shortened(self.note, 78));
+        svg.label("soft", [LEFT, 47.0], "start", &shortened(self.note, 60));
         legend(&mut svg);
         for (frame, &view) in frames.iter().zip(views) {
             self.view(&mut svg, frame, view, &curve);
