@@ -179,6 +179,17 @@ fn accumulator(w: u32, falling: u64) -> Pair {
     Pair::new("accumulator_gates", module, &ins, &[("q", w), ("co", 1)], "accumulator", element)
 }
 
+fn latch(w: u32) -> Pair {
+    Pair::new("latch_gates", json!({ "W": w }), &[("en", 1), ("d", w)], &[("q", w)], "latch", json!({ "width": w }))
+}
+
+/// Of one bit: the element's set and reset are those of all its bits.
+fn dff(falling: u64) -> Pair {
+    let ins = [("clk", 1), ("d", 1), ("en", 1), ("set", 1), ("reset", 1)];
+    let element = json!({ "edge": edge(falling) });
+    Pair::new("dff_gates", json!({ "W": 1, "FALLING": falling }), &ins, &[("q", 1)], "dff", element)
+}
+
 fn sr() -> Pair {
     Pair::new("sr_nor", json!({}), &[("s", 1), ("r", 1)], &[("q", 1), ("qn", 1)], "sr", json!({}))
 }
@@ -297,6 +308,34 @@ fn registers_and_counters_make_every_transition_as_their_elements_do() {
         }
     }
     println!("{compared} comparisons");
+}
+
+#[test]
+fn flip_flops_make_every_transition_as_their_element_does() {
+    for falling in [0, 1] {
+        every_transition(&dff(falling), |bench, state, clk| {
+            bench.apply(&[("clk", clk), ("d", 0), ("en", 0), ("set", state), ("reset", 1 - state)]);
+            bench.apply(&[("set", 0), ("reset", 0)]);
+        });
+    }
+}
+
+/// From every state, open and closed, to every input at once.
+#[test]
+fn latches_make_every_transition_as_their_element_does() {
+    for w in 1..=4 {
+        let pair = latch(w);
+        let circuit = pair.circuit();
+        let mut bench = Bench::new(&pair, &circuit);
+        for state in 0..1 << w {
+            for path in 0..1u64 << (2 * (w + 1)) {
+                bench.apply(&[("en", 1), ("d", state)]);
+                bench.apply(&[("en", 0)]);
+                bench.apply(&bench.split(path));
+                bench.apply(&bench.split(path >> (w + 1)));
+            }
+        }
+    }
 }
 
 #[test]

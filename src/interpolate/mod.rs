@@ -21,6 +21,7 @@ pub use dda::line_3d::DdaLine3d;
 pub use evaluation::circle::{EfCircle, EfCirclePrinted};
 pub use evaluation::fast_circle::{EfCircleFast, EfCircleFastPrinted};
 pub use evaluation::fast_line::{EfLineFast, EfLineFastPrinted};
+pub use evaluation::karibsky::{Karibsky, KaribskyPrinted};
 pub use evaluation::line::{EfLine, EfLinePrinted};
 pub use evaluation::line_3d::EfLine3d;
 pub use ideal::Ideal;

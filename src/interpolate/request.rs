@@ -166,6 +166,7 @@ pub(super) fn line_3d(
 pub(super) fn arc(method: Method, input: ArcInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     match method {
         Method::EfCircle | Method::Grossman => evaluation::circle::build(input, options),
+        Method::Karibsky => evaluation::karibsky::build(input, options),
         Method::DdaCircle => dda::circle::build(input, options),
         Method::EfCircleFast => evaluation::fast_circle::build(input, options),
         _ => Err(InputError::Missing { method, option: "an algorithm" }),

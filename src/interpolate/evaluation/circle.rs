@@ -85,10 +85,20 @@ impl State {
         self.koy = self.koy.wrapping_sub(1) & mask(self.input.bits);
     }
 
-    /// One clock of a method with a step along one axis, the falling one or else the rising one as `falling` says; but
-    /// when the counter of an axis is 0 it is the other's turn.
+    /// One clock with a step along one axis, the falling one or else the rising one as `falling` says; but when the
+    /// counter of an axis is 0 it is the other's turn.
     pub(super) const fn clock_along(&mut self, falling: bool) -> Clock {
         let x = if self.kox == 0 || self.koy == 0 { self.koy == 0 } else { falling != self.input.clockwise };
+        self.clock_of(x)
+    }
+
+    /// The same without a look at the counters, which then may pass below 0.
+    pub(super) const fn clock_unchecked(&mut self, falling: bool) -> Clock {
+        self.clock_of(falling != self.input.clockwise)
+    }
+
+    /// One clock with a step along x, or else y.
+    const fn clock_of(&mut self, x: bool) -> Clock {
         if x {
             self.f += self.change_x();
             self.step_x();

@@ -4,5 +4,6 @@
 pub mod circle;
 pub mod fast_circle;
 pub mod fast_line;
+pub mod karibsky;
 pub mod line;
 pub mod line_3d;
