@@ -1,7 +1,7 @@
 //! How an element appears in a circuit file: its name, ports, parameters and documentation. The reference page
 //! `docs/elements.md` is made from these descriptions.
 
-use super::CellKind;
+use super::{AddOp, CellKind, CompareOp, GateOp};
 use crate::Value;
 
 /// An element that a circuit file can name as the `type` of a cell.
@@ -203,4 +203,48 @@ pub fn elements() -> impl Iterator<Item = &'static Element> {
 #[must_use]
 pub fn element(name: &str) -> Option<&'static Element> {
     elements().find(|e| e.name == name)
+}
+
+impl CellKind {
+    /// The name of the element that makes such a cell; of `dff` and `register`, which are of one kind, `dff`. What joins
+    /// the drivers of a bus is no element, and a `resolve`.
+    #[must_use]
+    pub fn element(&self) -> &'static str {
+        match self {
+            CellKind::Gate { op: GateOp::And, .. } => "and",
+            CellKind::Gate { op: GateOp::Or, .. } => "or",
+            CellKind::Gate { op: GateOp::Xor, .. } => "xor",
+            CellKind::Gate { op: GateOp::Nand, .. } => "nand",
+            CellKind::Gate { op: GateOp::Nor, .. } => "nor",
+            CellKind::Gate { op: GateOp::Xnor, .. } => "xnor",
+            CellKind::Gate { op: GateOp::Buf, .. } => "buf",
+            CellKind::Gate { op: GateOp::Not, .. } => "not",
+            CellKind::AndOr { .. } => "and_or",
+            CellKind::IsZero { .. } => "is_zero",
+            CellKind::HalfAdder => "half_adder",
+            CellKind::FullAdder => "full_adder",
+            CellKind::Adder { op: AddOp::Add, .. } => "adder",
+            CellKind::Adder { op: AddOp::Sub, .. } => "subtractor",
+            CellKind::Adder { op: AddOp::AddSub, .. } => "add_sub",
+            CellKind::Multiply { .. } => "multiplier",
+            CellKind::Mux { .. } => "mux",
+            CellKind::Compare { op: CompareOp::Eq, .. } => "eq",
+            CellKind::Compare { op: CompareOp::Ne, .. } => "ne",
+            CellKind::Compare { op: CompareOp::Lt, .. } => "lt",
+            CellKind::Compare { op: CompareOp::Le, .. } => "le",
+            CellKind::Compare { op: CompareOp::Gt, .. } => "gt",
+            CellKind::Compare { op: CompareOp::Ge, .. } => "ge",
+            CellKind::Tristate { .. } => "tristate",
+            CellKind::Resolve { .. } => "resolve",
+            CellKind::Sr { .. } => "sr",
+            CellKind::Flop(_) => "dff",
+            CellKind::Latch(_) => "latch",
+            CellKind::Counter(_) => "counter",
+            CellKind::Accumulator(_) => "accumulator",
+            CellKind::Constant(_) => "constant",
+            CellKind::Clock(_) => "clock",
+            CellKind::Delay { .. } => "delay",
+            CellKind::RcDelay(_) => "rc_delay",
+        }
+    }
 }

@@ -7,6 +7,7 @@
 pub mod arith;
 pub mod counter;
 pub mod element;
+pub mod equipment;
 pub mod gate;
 pub mod select;
 pub mod storage;
@@ -19,6 +20,7 @@ use crate::value::word::{extract, words};
 pub use arith::AddOp;
 pub use counter::{Accumulator, Counter};
 pub use element::{Argument, Arguments, Element, element, elements};
+pub use equipment::{Equipment, Flow, Parts};
 pub use gate::GateOp;
 pub use select::CompareOp;
 pub use storage::{Edge, Flop};

@@ -1,18 +1,32 @@
 //! Flip-flops, registers and latches. Controls are taken as Yosys' simulation library takes them: an x or z on a
 //! set, reset, load or enable counts as inactive (`if (x)` is false in IEEE 1364-2005, 9.4).
 
+use serde::Serialize;
+
 use super::CellKind;
 use super::element::{Element, Kind, Parameter, Port};
 use crate::Value;
 use crate::value::Word;
 
 /// The clock edge on which a storage cell samples.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Edge {
     /// 0→1, 0→x, 0→z, x→1, z→1 (IEEE 1364-2005, 9.7.2).
     Rising,
     /// 1→0, 1→x, 1→z, x→0, z→0.
     Falling,
+}
+
+impl Edge {
+    /// The other one.
+    #[must_use]
+    pub const fn opposite(self) -> Edge {
+        match self {
+            Edge::Rising => Edge::Falling,
+            Edge::Falling => Edge::Rising,
+        }
+    }
 }
 
 /// The parameters of a D flip-flop, register or latch.

@@ -159,7 +159,7 @@ impl Report<'_> {
 
     /// Clocked cells with the constant that, through buffers and inverters, is their clock.
     fn clock_pins(&self) -> Vec<(CellId, CellId)> {
-        let source = |cell| match self.netlist.net(self.netlist.clock_source(cell)?).driver {
+        let source = |cell| match self.netlist.net(self.netlist.clock_source(cell)?.0.net).driver {
             Driver::Cell(source, _) => Some((cell, source)),
             Driver::Input(_) => None,
         };
@@ -187,8 +187,7 @@ impl Report<'_> {
     }
 
     fn loops(&mut self) {
-        let order = self.netlist.order();
-        for found in self.netlist.loops(&order) {
+        for found in self.netlist.loops() {
             let places: Vec<_> = found.cells.iter().map(|c| self.places.cells.get(c)).collect();
             if places.iter().flatten().any(|p| self.allowed(p.module, Code::CombinationalLoop)) {
                 continue;

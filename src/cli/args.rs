@@ -48,6 +48,8 @@ pub enum Command {
     Interpolate(InterpolateArgs),
     /// Draw the path of a method or of a waveform over the ideal curve, as SVG
     Plot(PlotArgs),
+    /// Count what circuits are made of, and how deep their logic is
+    Stats(StatsArgs),
     /// Print the JSON Schema of the files that you write, for your editor
     Schema(SchemaArgs),
     /// Print a script that completes this command line in your shell
@@ -481,6 +483,35 @@ pub struct PlotArgs {
     /// The coordinates in a waveform are two's complement
     #[arg(long)]
     pub signed: bool,
+}
+
+/// `discreta stats`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta stats circuits/evaluation/line.json circuits/evaluation/line_gates.json
+  discreta stats circuits/evaluation/line_gates.json -p W=16 --depth 1
+        with 16 bits, and what each part of the circuit takes
+  discreta stats my-circuit.json --format json
+
+docs/stats.md says what counts as what.
+Exit status: 0 counted; 2 a faulty circuit, usage, input or output.")]
+pub struct StatsArgs {
+    /// Circuit files, or scenarios that name one
+    #[arg(value_name = "CIRCUIT", required = true, value_hint = ValueHint::FilePath)]
+    pub circuit: Vec<PathBuf>,
+
+    /// Parameters and limits.
+    #[command(flatten)]
+    pub elaboration: ElaborationArgs,
+
+    /// Count each module and block too, down to so many below the top
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub depth: u32,
+
+    /// Text or JSON.
+    #[command(flatten)]
+    pub format: FormatArgs,
 }
 
 /// What a schema is of.

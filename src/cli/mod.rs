@@ -19,6 +19,7 @@ mod prepare;
 pub mod progress;
 pub mod run;
 pub mod schema;
+pub mod stats;
 pub mod test;
 
 use std::process::ExitCode;
@@ -82,6 +83,7 @@ fn dispatch(command: &Command, out: &mut Out) -> Result<Status, CliError> {
         Command::Diff(args) => diff::run(args, out),
         Command::Interpolate(args) => interpolate::run(args, out),
         Command::Plot(args) => plot::run(args, out),
+        Command::Stats(args) => stats::run(args, out),
         Command::Schema(args) => schema::run(args, out),
         Command::Completions(args) => completions::run(args, out),
         Command::Man(args) => man::run(args, out),

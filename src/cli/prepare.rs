@@ -51,12 +51,7 @@ pub fn prepare(loader: &mut Loader, path: &Path, changes: &Changes<'_>) -> Optio
     };
     let before = loader.diagnostics.errors();
     let handle = loader.open(&circuit_path)?;
-    let mut parameters = file_parameters;
-    for Assignment { name, value } in changes.parameters {
-        let given = loader.parameter(name, value);
-        parameters.retain(|(n, _)| n.value != given.0.value);
-        parameters.push(given);
-    }
+    let parameters = with(loader, file_parameters, changes.parameters);
     let mut circuit = loader.elaborate(handle, &parameters)?;
     // names cannot be resolved against a circuit that is not whole, but they can if only its scenario is faulty
     let within = |d: &&Diagnostic| {
@@ -78,6 +73,31 @@ pub fn prepare(loader: &mut Loader, path: &Path, changes: &Changes<'_>) -> Optio
         scenario.limit_fails = false;
     }
     Some(Prepared { circuit, scenario, path: circuit_path })
+}
+
+/// The circuit that `path` names, or of the scenario that it names, with parameters set; the scenario is left aside.
+pub fn circuit_of(loader: &mut Loader, path: &Path, parameters: &[Assignment]) -> Option<Circuit> {
+    let (circuit, own) = match scenario_file(loader, path)? {
+        Some((circuit, own, _)) => (circuit, own),
+        None => (path.to_path_buf(), Vec::new()),
+    };
+    let handle = loader.open(&circuit)?;
+    let parameters = with(loader, own, parameters);
+    loader.elaborate(handle, &parameters)
+}
+
+/// Parameters of which some are given otherwise on the command line.
+fn with(
+    loader: &mut Loader,
+    mut parameters: Vec<(Name, ParameterValue)>,
+    changes: &[Assignment],
+) -> Vec<(Name, ParameterValue)> {
+    for Assignment { name, value } in changes {
+        let given = loader.parameter(name, value);
+        parameters.retain(|(n, _)| n.value != given.0.value);
+        parameters.push(given);
+    }
+    parameters
 }
 
 type FromFile = (PathBuf, Vec<(Name, ParameterValue)>, Simulation);

@@ -21,6 +21,7 @@ struct Named {
 
 struct Draft {
     kind: CellKind,
+    element: &'static str,
     name: String,
     scope: ScopeId,
     inputs: Vec<Bus>,
@@ -57,7 +58,7 @@ impl Builder {
         Builder {
             timescale: Timescale::default(),
             bits: 0,
-            scopes: vec![Scope { name: top.into(), parent: None }],
+            scopes: vec![Scope { name: top.into(), parent: None, module: Some(top.into()) }],
             signals: Vec::new(),
             owners: Vec::new(),
             cells: Vec::new(),
@@ -88,10 +89,17 @@ impl Builder {
         self.bits
     }
 
-    /// A scope within another.
+    /// A scope within another, which is no instance of a module.
     pub fn scope(&mut self, parent: ScopeId, name: &str) -> ScopeId {
-        self.scopes.push(Scope { name: name.into(), parent: Some(parent) });
+        self.scopes.push(Scope { name: name.into(), parent: Some(parent), module: None });
         ScopeId::new(self.scopes.len() - 1)
+    }
+
+    /// A scope that is an instance of a module.
+    pub fn instance(&mut self, parent: ScopeId, name: &str, module: &str) -> ScopeId {
+        let id = self.scope(parent, name);
+        self.scopes[id.index()].module = Some(module.into());
+        id
     }
 
     fn fresh(&mut self, width: u32) -> Bus {
@@ -185,6 +193,7 @@ impl Builder {
         let bus = self.fresh(value.width());
         self.cells.push(Draft {
             kind: CellKind::Constant(Box::new(value.clone())),
+            element: "constant",
             name: value.to_string(),
             scope: self.top(),
             inputs: vec![],
@@ -197,8 +206,14 @@ impl Builder {
     /// Adds a cell. Its pins are connected in the order of [`CellKind::inputs`] and [`CellKind::outputs`]; an empty
     /// bus, or one that is missing at the end, leaves a pin open.
     pub fn cell(&mut self, scope: ScopeId, name: &str, kind: CellKind, inputs: Vec<Bus>, outputs: Vec<Bus>) -> CellId {
-        self.cells.push(Draft { kind, name: name.into(), scope, inputs, outputs });
+        let element = kind.element();
+        self.cells.push(Draft { kind, element, name: name.into(), scope, inputs, outputs });
         CellId::new(self.cells.len() - 1)
+    }
+
+    /// Says as which element a cell was drawn, where its kind has several.
+    pub fn drawn_as(&mut self, cell: CellId, element: &'static str) {
+        self.cells[cell.index()].element = element;
     }
 
     /// Adds a gate in the top scope; all inputs have the width of the first. Returns its output.
@@ -275,6 +290,7 @@ impl Builder {
             }
             netlist.cells.push(Cell {
                 kind: draft.kind,
+                element: draft.element,
                 name: draft.name,
                 scope: draft.scope,
                 first_pin,
@@ -289,6 +305,7 @@ impl Builder {
             }
             netlist.pin_ends.push(netlist.slices.len() as u32);
             netlist.cells.push(Cell {
+                element: kind.element(),
                 kind,
                 name: format!("resolve${i}"),
                 scope: ScopeId(0),
@@ -422,7 +439,15 @@ impl Builder {
             let kind = CellKind::Constant(Box::new(Value::unknown(bus.width())));
             join.first_outputs.push(NetId::new(join.nets.len()));
             join.drive(&bus, bus.width(), Driver::Cell(CellId::new(self.cells.len()), 0), false);
-            self.cells.push(Draft { kind, name: "undriven".into(), scope, inputs: vec![], outputs: vec![bus] });
+            let element = kind.element();
+            self.cells.push(Draft {
+                kind,
+                element,
+                name: "undriven".into(),
+                scope,
+                inputs: vec![],
+                outputs: vec![bus],
+            });
         }
         join.cells = self.cells.len();
     }

@@ -17,8 +17,7 @@ pub struct Constants {
 impl Constants {
     /// Propagates constants through the combinational cells of a netlist. What is known of an output while all that is
     /// not constant is x stays so whatever the inputs become.
-    #[must_use]
-    pub fn new(netlist: &Netlist) -> Constants {
+    fn new(netlist: &Netlist) -> Constants {
         let mut start = vec![0u32];
         let mut all = Vec::new();
         for net in netlist.nets() {
@@ -34,7 +33,7 @@ impl Constants {
         while let Some(cell) = work.pop() {
             for net in constants.visit(netlist, cell, &mut buffer) {
                 let kind = |c: CellId| &netlist.cell(c).kind;
-                work.extend(readers.of(net).iter().map(|&c| CellId(c)).filter(|&c| is_pure(kind(c))));
+                work.extend(readers.after(net.0).iter().map(|&c| CellId(c)).filter(|&c| is_pure(kind(c))));
             }
         }
         constants
@@ -115,6 +114,14 @@ impl Constants {
     }
 }
 
+impl Netlist {
+    /// The bits that never change; found once, when they are first asked for.
+    #[must_use]
+    pub fn constants(&self) -> &Constants {
+        self.constants.get_or_init(|| Constants::new(self))
+    }
+}
+
 /// Whether the outputs of a cell follow from its inputs alone, without state or time.
 fn is_pure(kind: &CellKind) -> bool {
     // tri-state drivers make z, which the bus resolves
@@ -131,7 +138,6 @@ fn is_pure(kind: &CellKind) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::Constants;
     use crate::Value;
     use crate::cell::GateOp;
     use crate::netlist::{Builder, Bus};
@@ -149,7 +155,7 @@ mod tests {
         let or = crate::cell::CellKind::Gate { op: GateOp::Or, width: 4, inputs: 2 };
         b.cell(top, "or1", or, vec![Bus::concat([&back, &masked])], vec![y]);
         let netlist = b.finish().unwrap();
-        let constants = Constants::new(&netlist);
+        let constants = netlist.constants();
         let net = |name: &str| netlist.bits(netlist.find(name).unwrap())[0];
         let bits = |n: super::super::NetId| Value::from_words(constants.net(n), 4).bit_string();
         assert_eq!(bits(net("y").net), "0x0x");

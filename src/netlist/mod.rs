@@ -3,13 +3,19 @@
 //! A netlist is immutable once built, and every net has exactly one driver. All that follows (checks, engines, waves)
 //! reads it and nothing upstream of it: it knows neither files nor engines.
 
+mod bits;
 mod builder;
 mod bus;
 mod constant;
+pub mod depth;
 mod fault;
+mod graph;
 mod id;
 mod join;
 mod order;
+pub mod stats;
+
+use std::sync::OnceLock;
 
 use crate::cell::{CellKind, GateOp, Role};
 use crate::timescale::Timescale;
@@ -17,9 +23,11 @@ use crate::timescale::Timescale;
 pub use builder::Builder;
 pub use bus::Bus;
 pub use constant::Constants;
+pub use depth::Depth;
 pub use fault::Fault;
 pub use id::{CellId, NetId, ScopeId, SignalId};
 pub use order::{Loop, Order};
+pub use stats::Stats;
 
 /// `width` bits of a net from bit `lo` up.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -55,6 +63,8 @@ pub struct Net {
 pub struct Cell {
     /// What it does.
     pub kind: CellKind,
+    /// The element as which it was drawn: a `register` and a `dff` are of one kind.
+    pub element: &'static str,
     /// The name within its scope.
     pub name: String,
     /// Where it stands.
@@ -70,6 +80,8 @@ pub struct Scope {
     pub name: String,
     /// The scope around it; none around the top.
     pub parent: Option<ScopeId>,
+    /// The module that it is an instance of; none for a block.
+    pub module: Option<String>,
 }
 
 /// Which way a port of the circuit goes.
@@ -114,6 +126,8 @@ pub struct Netlist {
     scopes: Vec<Scope>,
     signals: Vec<Signal>,
     signal_slices: Vec<Slice>,
+    constants: OnceLock<Constants>,
+    order: OnceLock<Order>,
 }
 
 impl Netlist {
@@ -150,6 +164,11 @@ impl Netlist {
     /// Every cell's number.
     pub fn cell_ids(&self) -> impl ExactSizeIterator<Item = CellId> + use<> {
         (0..self.cells.len() as u32).map(CellId)
+    }
+
+    /// Every net's number.
+    pub fn net_ids(&self) -> impl ExactSizeIterator<Item = NetId> + use<> {
+        (0..self.nets.len() as u32).map(NetId)
     }
 
     /// Every signal's number.
@@ -195,20 +214,23 @@ impl Netlist {
         NetId(self.cell(cell).first_output.0 + index as u32)
     }
 
-    /// The net from which a cell's clock comes, through buffers and inverters at most; none if it has no clock.
-    pub(crate) fn clock_source(&self, cell: CellId) -> Option<NetId> {
+    /// The bit from which a cell's clock comes, through buffers and inverters at most, and whether it arrives inverted;
+    /// none if the cell has no clock.
+    pub(crate) fn clock_source(&self, cell: CellId) -> Option<(Slice, bool)> {
         let pin = self.cell(cell).kind.inputs().iter().position(|p| p.role == Role::Clock)?;
-        let mut net = self.input(cell, pin).first()?.net;
+        let mut bit = *self.input(cell, pin).first()?;
+        let mut inverted = false;
         // inverters may stand in a circle
         for _ in 0..self.cells.len() {
-            let Driver::Cell(from, _) = self.net(net).driver else { break };
-            if !matches!(self.cell(from).kind, CellKind::Gate { op: GateOp::Buf | GateOp::Not, width: 1, .. }) {
+            let Driver::Cell(from, _) = self.net(bit.net).driver else { break };
+            let CellKind::Gate { op: op @ (GateOp::Buf | GateOp::Not), width: 1, .. } = self.cell(from).kind else {
                 break;
-            }
-            let Some(slice) = self.input(from, 0).first() else { break };
-            net = slice.net;
+            };
+            let Some(&slice) = self.input(from, 0).first() else { break };
+            bit = slice;
+            inverted ^= op == GateOp::Not;
         }
-        Some(net)
+        Some((bit, inverted))
     }
 
     /// The path of a scope below the top, with a dot after it unless it is the top: `adder.fa[3].`.
@@ -218,6 +240,19 @@ impl Netlist {
             None => String::new(),
             Some(parent) => format!("{}{}.", self.prefix(parent), scope.name),
         }
+    }
+
+    /// The path of a scope below the top module: `adder.fa[3]`, nothing for the top.
+    #[must_use]
+    pub fn scope_path(&self, scope: ScopeId) -> String {
+        let mut path = self.prefix(scope);
+        path.pop();
+        path
+    }
+
+    /// Whether a constant drives a net.
+    fn is_tied(&self, net: NetId) -> bool {
+        matches!(self.net(net).driver, Driver::Cell(cell, _) if matches!(self.cell(cell).kind, CellKind::Constant(_)))
     }
 
     /// The path of a signal below the top module: `f`, `adder.fa[3].s`.
@@ -276,10 +311,17 @@ impl Netlist {
                 }
                 name
             }
-            (None, Driver::Cell(cell, pin)) => {
+            (None, driver) => self.driver_name(driver),
+        }
+    }
+
+    /// A name for what drives a net: a pin or an input.
+    fn driver_name(&self, driver: Driver) -> String {
+        match driver {
+            Driver::Cell(cell, pin) => {
                 format!("{}.{}", self.cell_path(cell), self.cell(cell).kind.outputs()[pin as usize])
             }
-            (None, Driver::Input(signal)) => self.signal_path(signal),
+            Driver::Input(signal) => self.signal_path(signal),
         }
     }
 }

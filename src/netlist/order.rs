@@ -2,8 +2,8 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use super::constant::Constants;
-use super::{CellId, Driver, NetId, Netlist};
+use super::graph::Graph;
+use super::{CellId, Driver, Netlist};
 
 /// An evaluation order.
 #[derive(Clone, Debug, Default)]
@@ -21,55 +21,22 @@ pub struct Loop {
     pub cells: Vec<CellId>,
 }
 
-/// For each cell, or net, the cells that read it, as a compressed adjacency list.
-pub(super) struct Readers {
-    start: Vec<u32>,
-    list: Vec<u32>,
-}
-
-impl Readers {
-    /// From a walk over the edges that calls what it is given with the two ends of each.
-    fn new(n: usize, walk: impl Fn(&mut dyn FnMut(usize, CellId))) -> Readers {
-        let mut start = vec![0u32; n + 1];
-        walk(&mut |from, _| start[from + 1] += 1);
-        for i in 0..n {
-            start[i + 1] += start[i];
-        }
-        let mut at = start.clone();
-        let mut list = vec![0; start[n] as usize];
-        walk(&mut |from, to| {
-            list[at[from] as usize] = to.0;
-            at[from] += 1;
-        });
-        Readers { start, list }
-    }
-
-    /// The cells that read a net.
-    pub(super) fn of(&self, net: NetId) -> &[u32] {
-        self.at(net.0)
-    }
-
-    fn at(&self, cell: u32) -> &[u32] {
-        &self.list[self.start[cell as usize] as usize..self.start[cell as usize + 1] as usize]
-    }
-}
-
 impl Netlist {
-    /// For each net the cells that read it.
-    pub(super) fn readers_of_nets(&self) -> Readers {
-        Readers::new(self.nets.len(), |f| {
+    /// From each net to the cells that read it.
+    pub(super) fn readers_of_nets(&self) -> Graph {
+        Graph::new(self.nets.len(), |f| {
             for to in self.cell_ids() {
                 for pin in 0..self.cell(to).kind.inputs().len() {
-                    self.input(to, pin).iter().for_each(|s| f(s.net.index(), to));
+                    self.input(to, pin).iter().for_each(|s| f(s.net.0, to.0));
                 }
             }
         })
     }
 
-    /// For each cell those that a change of it can change at once.
-    fn readers_at_once(&self) -> Readers {
-        let constants = Constants::new(self);
-        Readers::new(self.cells.len(), |f| {
+    /// From each cell to those that a change of it can change at once.
+    fn readers_at_once(&self) -> Graph {
+        let constants = self.constants();
+        Graph::new(self.cells.len(), |f| {
             for to in self.cell_ids() {
                 let kind = &self.cell(to).kind;
                 for pin in 0..kind.inputs().len() {
@@ -78,81 +45,27 @@ impl Netlist {
                     }
                     for slice in self.input(to, pin).iter().filter(|s| !constants.covers(s)) {
                         if let Driver::Cell(from, _) = self.net(slice.net).driver {
-                            f(from.index(), to);
+                            f(from.0, to.0);
                         }
                     }
                 }
             }
         })
     }
-}
 
-impl Netlist {
-    /// An evaluation order, by Tarjan's strongly connected components (iterative: chains may be long).
+    /// An evaluation order; found once, when it is first asked for.
     #[must_use]
-    pub fn order(&self) -> Order {
-        const UNSEEN: u32 = u32::MAX;
-        let readers = self.readers_at_once();
-        let n = self.cells.len();
-        let (mut index, mut low) = (vec![UNSEEN; n], vec![0u32; n]);
-        let mut on_stack = vec![false; n];
-        let (mut stack, mut work): (Vec<u32>, Vec<(u32, u32)>) = (Vec::new(), Vec::new());
-        let mut next = 0;
-        let mut order = Order { sequence: Vec::with_capacity(n), groups: Vec::new() };
-        for root in 0..n as u32 {
-            if index[root as usize] != UNSEEN {
-                continue;
-            }
-            work.push((root, 0));
-            while let Some(&mut (cell, ref mut edge)) = work.last_mut() {
-                let c = cell as usize;
-                if *edge == 0 && index[c] == UNSEEN {
-                    (index[c], low[c]) = (next, next);
-                    next += 1;
-                    stack.push(cell);
-                    on_stack[c] = true;
-                }
-                if let Some(&to) = readers.at(cell).get(*edge as usize) {
-                    *edge += 1;
-                    if index[to as usize] == UNSEEN {
-                        work.push((to, 0));
-                    } else if on_stack[to as usize] {
-                        low[c] = low[c].min(index[to as usize]);
-                    }
-                    continue;
-                }
-                work.pop();
-                if let Some(&(parent, _)) = work.last() {
-                    low[parent as usize] = low[parent as usize].min(low[c]);
-                }
-                if low[c] == index[c] {
-                    let begin = order.sequence.len();
-                    while let Some(member) = stack.pop() {
-                        on_stack[member as usize] = false;
-                        order.sequence.push(CellId(member));
-                        if member == cell {
-                            break;
-                        }
-                    }
-                    let end = order.sequence.len();
-                    if end - begin > 1 || readers.at(cell).contains(&cell) {
-                        order.groups.push(begin..end);
-                    }
-                }
-            }
-        }
-        // components come out readers first
-        order.sequence.reverse();
-        for group in &mut order.groups {
-            *group = n - group.end..n - group.start;
-        }
-        order.groups.reverse();
-        order
+    pub fn order(&self) -> &Order {
+        self.order.get_or_init(|| {
+            let sorted = self.readers_at_once().sorted();
+            Order { sequence: sorted.sequence.into_iter().map(CellId).collect(), groups: sorted.groups }
+        })
     }
 
     /// One shortest circle for each group of cells that feed back on each other.
     #[must_use]
-    pub fn loops(&self, order: &Order) -> Vec<Loop> {
+    pub fn loops(&self) -> Vec<Loop> {
+        let order = self.order();
         if order.groups.is_empty() {
             return Vec::new();
         }
@@ -168,7 +81,7 @@ impl Netlist {
 
     /// The shortest circle through the member that comes first by name of those that lie on one, which does not depend
     /// on the order of cells.
-    fn circle_among(&self, readers: &Readers, members: &[CellId]) -> Option<Loop> {
+    fn circle_among(&self, readers: &Graph, members: &[CellId]) -> Option<Loop> {
         let mut starts: Vec<CellId> = members.to_vec();
         starts.sort_by_cached_key(|&c| self.cell_path(c));
         let rank: HashMap<CellId, usize> = starts.iter().enumerate().map(|(rank, &c)| (c, rank)).collect();
@@ -177,11 +90,11 @@ impl Netlist {
 }
 
 /// The shortest circle from a cell through others back to it; of several the one whose cells come first by `rank`.
-fn shortest_circle(readers: &Readers, start: CellId, rank: &HashMap<CellId, usize>) -> Option<Loop> {
+fn shortest_circle(readers: &Graph, start: CellId, rank: &HashMap<CellId, usize>) -> Option<Loop> {
     let mut from: HashMap<CellId, CellId> = HashMap::new();
     let mut queue = VecDeque::from([start]);
     while let Some(cell) = queue.pop_front() {
-        let mut next: Vec<CellId> = readers.at(cell.0).iter().map(|&to| CellId(to)).collect();
+        let mut next: Vec<CellId> = readers.after(cell.0).iter().map(|&to| CellId(to)).collect();
         next.sort_by_key(|to| rank.get(to));
         for to in next {
             if to == start {
@@ -238,9 +151,8 @@ mod tests {
         let toggled = b.net("toggled", 1);
         b.dff("ff", &s, &not_q, &toggled);
         let netlist = b.finish().unwrap();
-        let order = netlist.order();
-        assert_eq!(order.groups.len(), 1);
-        let loops = netlist.loops(&order);
+        assert_eq!(netlist.order().groups.len(), 1);
+        let loops = netlist.loops();
         let path: Vec<_> = loops[0].cells.iter().map(|&c| netlist.cell(c).name.as_str()).collect();
         assert_eq!(path, ["a", "b"]);
     }

@@ -394,7 +394,8 @@ impl Resolver<'_> {
             .collect();
         let mut told = HashSet::new();
         for cell in self.netlist.cell_ids() {
-            let Some(net) = self.netlist.clock_source(cell).filter(|net| !driven.contains(net)) else { continue };
+            let source = self.netlist.clock_source(cell).map(|(bit, _)| bit.net);
+            let Some(net) = source.filter(|net| !driven.contains(net)) else { continue };
             let Driver::Input(input) = self.netlist.net(net).driver else { continue };
             if !told.insert(input) {
                 continue;

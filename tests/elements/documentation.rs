@@ -302,6 +302,8 @@ fn the_examples_load_and_run() {
         let given: Vec<(&str, &str)> = given.iter().map(|(n, v)| (n.as_str(), v.as_str())).collect();
         let several = connections.get("in").map_or(0, |list| list.as_array().unwrap().len() as u32);
         let kind = build(element, &given, several);
+        // of all names of a kind `element` tells one
+        assert_eq!(kind.element(), if element.name == "register" { "dff" } else { element.name });
         let (mut inputs, mut outputs) = (Map::new(), Map::new());
         for (name, signal) in connections {
             let port = element.ports.iter().find(|p| p.name == name).unwrap_or_else(|| panic!("{text}: no {name}"));

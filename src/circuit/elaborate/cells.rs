@@ -187,6 +187,7 @@ impl Elaboration<'_> {
         }
         self.unnamed += more;
         let id = self.builder.cell(here.scope, name, kind, pins.0, pins.1);
+        self.builder.drawn_as(id, element.name);
         self.places.cell(id, Place { span: name.span, module: here.module, port: false, muted: false });
     }
 
@@ -278,7 +279,7 @@ impl Elaboration<'_> {
             let muted = bus.is_none();
             bound.insert(port_name.value.clone(), Binding { width, bus, muted });
         }
-        let scope = self.builder.scope(here.scope, name);
+        let scope = self.builder.instance(here.scope, name, module_name);
         self.work.push(Instance { module, scope, values: inner, ports: bound, depth: here.depth + 1 });
     }
 }

@@ -22,7 +22,7 @@ struct Build<'n> {
     /// Whether anything reads or shows a net.
     used: Vec<bool>,
     group: u32,
-    constants: Constants,
+    constants: &'n Constants,
 }
 
 const BLANK: Op = Op { code: Code::Buf, group: 0, a: ZERO, b: ZERO, c: ZERO, y: 0, y2: 0, mask: 1, ext: 0, count: 0 };
@@ -36,7 +36,7 @@ pub(super) fn build(netlist: &Netlist) -> Program {
         clock_of: HashMap::new(),
         used: used(netlist),
         group: 0,
-        constants: Constants::new(netlist),
+        constants: netlist.constants(),
     };
     b.lay_out_state();
     let order = netlist.order();
