@@ -28,6 +28,7 @@
 pub mod cell;
 pub mod circuit;
 pub mod cli;
+pub mod compare;
 pub mod diag;
 pub mod engine;
 pub mod interpolate;

@@ -50,6 +50,8 @@ pub enum Command {
     Plot(PlotArgs),
     /// Count what circuits are made of, and how deep their logic is
     Stats(StatsArgs),
+    /// Measure what the documents say of their methods: equipment, accuracy, simplicity, speed
+    Compare(CompareArgs),
     /// Print the JSON Schema of the files that you write, for your editor
     Schema(SchemaArgs),
     /// Print a script that completes this command line in your shell
@@ -512,6 +514,59 @@ pub struct StatsArgs {
     /// Text or JSON.
     #[command(flatten)]
     pub format: FormatArgs,
+}
+
+/// How a comparison is printed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum CompareFormat {
+    /// For people.
+    Text,
+    /// For programs: JSON.
+    Json,
+    /// A page of documentation, as docs/comparison.md.
+    Markdown,
+}
+
+/// `discreta compare`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta compare
+        every line and quarter circle of 8 bits
+  discreta compare --bits 16 --sample 200
+        200 of each kind, with 16 bits
+  discreta compare --format markdown > docs/comparison.md",
+    after_long_help = format!("\
+Examples:
+  discreta compare
+        every line and quarter circle of 8 bits
+  discreta compare --bits 16 --sample 200
+        200 of each kind, with 16 bits
+  discreta compare --format markdown > docs/comparison.md
+
+Measures:
+{}
+Exit status: 0 measured, whatever the claims; 2 usage, input or output.", super::compare::measures()))]
+pub struct CompareArgs {
+    /// Bits of the registers that draw, and of the circuits
+    #[arg(long, value_name = "P", default_value_t = 8)]
+    pub bits: u32,
+
+    /// Draw only so many segments of each kind, and not all of them
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+    pub sample: Option<u64>,
+
+    /// Begin the pseudo-random choice of a sample here
+    #[arg(long, value_name = "S", default_value_t = 1, requires = "sample")]
+    pub seed: u64,
+
+    /// The folder of the circuits
+    #[arg(long, value_name = "DIR", default_value = "circuits", value_hint = ValueHint::DirPath)]
+    pub circuits: PathBuf,
+
+    /// Print results for people or for programs
+    #[arg(long, value_name = "FORMAT", default_value = "text")]
+    pub format: CompareFormat,
 }
 
 /// What a schema is of.

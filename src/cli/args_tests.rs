@@ -74,8 +74,10 @@ fn an_option_means_the_same_in_every_command() {
     for command in Cli::command().get_subcommands() {
         for arg in command.get_arguments().filter(|arg| !arg.is_positional()) {
             let long = arg.get_long().unwrap().to_owned();
-            // What an interpolation prints is no report, and a picture no waveform.
-            if [("interpolate", "format"), ("plot", "output")].contains(&(command.get_name(), long.as_str())) {
+            // What an interpolation prints is no report, a picture no waveform, and a comparison needs bits.
+            if [("interpolate", "format"), ("plot", "output"), ("compare", "bits")]
+                .contains(&(command.get_name(), long.as_str()))
+            {
                 continue;
             }
             let help = arg.get_help().unwrap_or_else(|| panic!("--{long} has no help")).to_string();

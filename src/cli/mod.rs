@@ -6,6 +6,7 @@
 
 pub mod args;
 pub mod check;
+pub mod compare;
 pub mod completions;
 pub mod diff;
 mod drawing;
@@ -84,6 +85,7 @@ fn dispatch(command: &Command, out: &mut Out) -> Result<Status, CliError> {
         Command::Interpolate(args) => interpolate::run(args, out),
         Command::Plot(args) => plot::run(args, out),
         Command::Stats(args) => stats::run(args, out),
+        Command::Compare(args) => compare::run(args, out),
         Command::Schema(args) => schema::run(args, out),
         Command::Completions(args) => completions::run(args, out),
         Command::Man(args) => man::run(args, out),
