@@ -9,17 +9,26 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use discreta::interpolate::{EfLine, Interpolator, LineInput};
+use discreta::interpolate::{DdaLine3d, EfLine, EfLine3d, Interpolator, Line3dInput, LineInput};
 use vcd::{IdCode, ScopeItem, Value};
 
 /// Makes the algorithm of what the inputs say at START; the number that a net shows then, by its name.
 type Start = fn(&dyn Fn(&str) -> i64) -> Box<dyn Interpolator>;
 
 /// The algorithms, by how the path of a trace below `traces/` begins. The first that fits is taken.
-const ALGORITHMS: &[(&str, Start)] = &[("evaluation/line_", |net| {
-    let input = LineInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), bits: 8 };
-    Box::new(EfLine::new(input).unwrap())
-})];
+const ALGORITHMS: &[(&str, Start)] = &[
+    ("evaluation/line_", |net| {
+        let input = LineInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), bits: 8 };
+        Box::new(EfLine::new(input).unwrap())
+    }),
+    ("three_axis/line_", |net| Box::new(EfLine3d::new(line_3d(net, 8)).unwrap())),
+    ("three_axis/dda_line_half_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), true).unwrap())),
+    ("three_axis/dda_line_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), false).unwrap())),
+];
+
+fn line_3d(net: &dyn Fn(&str) -> i64, bits: u32) -> Line3dInput {
+    Line3dInput { start: ["xh", "yh", "zh"].map(net), increment: ["dx", "dy", "dz"].map(net), bits }
+}
 
 /// Traces of circuits that are no interpolators, or fail as they are to; each has a test of its own elsewhere.
 const OTHERS: &[&str] = &[];

@@ -79,12 +79,23 @@ pub enum Stopped {
         /// The clocks that were let run.
         clocks: u64,
     },
+    /// A curve's path got to a point that the registers cannot go on from: a coordinate does not fit, or what an
+    /// accumulator would be given is 2^bits or more, and more than one carry could come of it.
+    Overflow {
+        /// The point, BLU.
+        at: [i64; 2],
+        /// Bits of the registers.
+        bits: u32,
+    },
 }
 
 impl fmt::Display for Stopped {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Stopped::Watchdog { clocks } => write!(f, "stopped by the watchdog: no end within {clocks} clocks"),
+            Stopped::Overflow { at: [x, y], bits } => {
+                write!(f, "stopped by an overflow at ({x}, {y}): a coordinate or a derivative does not fit {bits} bits")
+            }
         }
     }
 }

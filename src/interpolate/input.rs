@@ -208,6 +208,52 @@ pub enum InputError {
         /// The start point, through which the circle goes, BLU.
         start: (i64, i64),
     },
+    /// The registers are too narrow for the method.
+    FewBits {
+        /// The width asked for.
+        bits: u32,
+        /// The least.
+        least: u32,
+    },
+    /// A value does not fit a register in two's complement.
+    WideSigned {
+        /// `A` … `E`, `XH` …
+        name: &'static str,
+        /// Its value.
+        value: i64,
+        /// The register's width.
+        bits: u32,
+    },
+    /// `A` to `E` are all 0: no curve.
+    NoCurve,
+    /// A point is not near the curve.
+    OffCurve {
+        /// The point, BLU.
+        point: [i64; 2],
+        /// The polynomial's value there.
+        value: i128,
+        /// How great it may be.
+        limit: i128,
+    },
+    /// Both derivatives are 0 at the start point: the curve has no direction there.
+    NoDirection {
+        /// The start point, BLU.
+        point: [i64; 2],
+    },
+    /// The derivatives or the coordinates pass what the registers hold on the way from the start point to the end point.
+    WideCurve {
+        /// The greatest `|2Ax + By + D|` or `|Bx + 2Cy + E|`, rounded.
+        derivative: u64,
+        /// The greatest coordinate, without its sign, BLU, rounded.
+        coordinate: u64,
+        /// The registers' width.
+        bits: u32,
+    },
+    /// The end point is behind the start point, or on another branch.
+    NotAhead {
+        /// The end point, BLU.
+        point: [i64; 2],
+    },
     /// The difference of two coordinates does not fit 64 bits.
     Overflow,
     /// An option that the method does not have.
@@ -263,6 +309,41 @@ impl fmt::Display for InputError {
                     radius(xh, yh)
                 )
             }
+            InputError::FewBits { bits, least } => {
+                write!(f, "registers of {bits} bits: this method's have {least} to {MAX_BITS}")
+            }
+            InputError::WideSigned { name, value, bits } => {
+                let half = 1_i128 << (bits - 1);
+                write!(
+                    f,
+                    "{name} = {value} is outside {}..{}, what {bits} bits hold in two's complement",
+                    -half,
+                    half - 1
+                )
+            }
+            InputError::NoCurve => write!(f, "A, B, C, D and E are all 0: there is no curve"),
+            InputError::OffCurve { point: [x, y], value, limit } => write!(
+                f,
+                "({x}, {y}) is not near the curve: Ax² + Bxy + Cy² + Dx + Ey + F is {value} there, and may be {} to {limit}",
+                -limit
+            ),
+            InputError::NoDirection { point: [x, y] } => {
+                write!(f, "the curve has no direction at ({x}, {y}): 2Ax + By + D and Bx + 2Cy + E are both 0")
+            }
+            InputError::WideCurve { derivative, coordinate, bits } => {
+                let full = 1_i64 << bits;
+                write!(
+                    f,
+                    "on the way 2Ax + By + D or Bx + 2Cy + E gets to ±{derivative} and a coordinate to \
+                     ±{coordinate}: with {bits} bits they have to be below {full} and {}",
+                    full / 2
+                )
+            }
+            InputError::NotAhead { point: [x, y] } => write!(
+                f,
+                "the end point ({x}, {y}) does not lie ahead of the start point in the direction asked for: \
+                 it is behind it or on another branch"
+            ),
             InputError::Overflow => write!(f, "the end point is too far from the start point"),
             InputError::Option { method, option } => write!(f, "{method} has no option {option}"),
             InputError::Missing { method, option } => write!(f, "{method} needs {option}"),

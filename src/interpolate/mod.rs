@@ -16,6 +16,8 @@ pub mod request;
 
 pub use clock::{Clock, Columns, Interpolator, Stopped, Watchdog};
 pub use dda::circle::{DdaCircle, DdaCirclePrinted};
+pub use dda::conic::{Course, CurveInput};
+pub use dda::curve::{DdaCurve, Printed};
 pub use dda::line::{DdaLine, DdaLinePrinted};
 pub use dda::line_3d::DdaLine3d;
 pub use evaluation::circle::{EfCircle, EfCirclePrinted};

@@ -1,7 +1,8 @@
 //! The front door: a method, two points and the options, made into an interpolator and the curve that it is to follow.
 
 use super::{
-    ArcInput, Ideal, InputError, Interpolator, Line3dInput, LineInput, MAX_BITS, Method, Shape, dda, evaluation,
+    ArcInput, CurveInput, Ideal, InputError, Interpolator, Line3dInput, LineInput, MAX_BITS, Method, Shape, dda,
+    evaluation,
 };
 
 /// How a method works; the default is each method's own default.
@@ -133,7 +134,13 @@ impl Request {
                 let ideal = Ideal::arc([cx as f64, cy as f64], plane(self.from), plane(self.to), self.clockwise);
                 (arc(self.method, input, &self.options)?, ideal)
             }
-            Shape::Curve => return Err(InputError::Missing { method: self.method, option: "--conic" }),
+            Shape::Curve => {
+                let coefficients = self.conic.ok_or(InputError::Missing { method: self.method, option: "--conic" })?;
+                let end = [self.to[0], self.to[1]];
+                let input = CurveInput { coefficients, start: [xh, yh], end, clockwise: self.clockwise, bits };
+                let ideal = Ideal::Conic { coefficients: coefficients.map(|v| v as f64) };
+                (dda::curve::build(input, &self.options)?, ideal)
+            }
         };
         Ok(Drawing { interpolator, ideal, bits })
     }

@@ -1,7 +1,7 @@
 //! For each shipped circuit the cases of a short proof: inputs, and the algorithm that says what comes of them.
 
 use discreta::circuit::Circuit;
-use discreta::interpolate::{EfLine, Interpolator, LineInput};
+use discreta::interpolate::{DdaLine3d, EfLine, EfLine3d, Interpolator, Line3dInput, LineInput};
 
 use super::bench::Bench;
 
@@ -36,6 +36,10 @@ impl Proof {
 pub const PROOFS: &[Proof] = &[
     Proof { path: "evaluation/line.json", parameters: &[("W", 3)], cases: ef_lines },
     Proof { path: "evaluation/line_gates.json", parameters: &[("W", 3)], cases: ef_lines },
+    Proof { path: "three_axis/line.json", parameters: &[("W", 2)], cases: ef_lines_3d },
+    Proof { path: "three_axis/line_gates.json", parameters: &[("W", 2)], cases: ef_lines_3d },
+    Proof { path: "three_axis/dda_line.json", parameters: &[("W", 2)], cases: dda_lines_3d },
+    Proof { path: "three_axis/dda_line_gates.json", parameters: &[("W", 2)], cases: dda_lines_3d },
 ];
 
 /// Every line of 3 bits, from start points that change.
@@ -52,4 +56,25 @@ fn lines(algorithm: impl Fn(LineInput) -> Box<dyn Interpolator>) -> Vec<Case> {
 
 fn ef_lines() -> Vec<Case> {
     lines(|input| Box::new(EfLine::new(input).unwrap()))
+}
+
+/// Every line in space of 2 bits, from start points that change.
+fn lines_3d(algorithm: impl Fn(Line3dInput) -> Box<dyn Interpolator>) -> Vec<Case> {
+    (0..64)
+        .map(|k| {
+            let increment = [k >> 4, (k >> 2) & 3, k & 3];
+            let start = [(k + 1) & 3, (k / 3) & 3, (k / 5) & 3];
+            let names = ["dx", "dy", "dz", "xh", "yh", "zh"].into_iter();
+            let inputs = names.zip(increment.into_iter().chain(start)).map(|(name, v)| (name, v as u64)).collect();
+            (inputs, algorithm(Line3dInput { start, increment, bits: 2 }))
+        })
+        .collect()
+}
+
+fn ef_lines_3d() -> Vec<Case> {
+    lines_3d(|input| Box::new(EfLine3d::new(input).unwrap()))
+}
+
+fn dda_lines_3d() -> Vec<Case> {
+    lines_3d(|input| Box::new(DdaLine3d::new(input, false).unwrap()))
 }
