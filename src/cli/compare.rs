@@ -37,7 +37,7 @@ pub fn run(args: &CompareArgs, out: &mut Out) -> Result<Status, CliError> {
         return Err(if args.sample.is_none() { fault.with_hint(sample) } else { fault });
     }
     let sample = args.sample.map(|number| Sample { number, seed: args.seed });
-    let kinds = [SetKind::Lines, SetKind::Quarters, SetKind::Arcs, SetKind::Space];
+    let kinds = [SetKind::Lines, SetKind::Quarters, SetKind::Arcs, SetKind::Circles, SetKind::Space];
     let sets = kinds.map(|kind| Set { kind, bits: args.bits, sample });
     let equipment = equipment(&args.circuits, args.bits)?;
     let groups = draw(&sets)?;
@@ -74,7 +74,7 @@ fn draw(sets: &[Set]) -> Result<Vec<compare::Group>, CliError> {
 
 /// Counts the circuits of every method that is compared.
 fn equipment(folder: &Path, bits: u32) -> Result<Vec<Equipment>, CliError> {
-    let all = [Variant::LINES, Variant::ARCS, Variant::SPACE].concat();
+    let all = [Variant::LINES, Variant::ARCS, Variant::CURVES, Variant::SPACE].concat();
     let plain = all.into_iter().filter(|v| *v == Variant::of(v.method));
     plain
         .map(|variant| {

@@ -91,12 +91,16 @@ impl Measured<'_> {
             let same = m.clocks.most == expected && m.clocks.mean == expected as f64;
             (format!("{:.1} on the mean, {} at most; 2^p = {expected}", m.clocks.mean, m.clocks.most), same)
         });
-        let circle =
-            self.motion(SetKind::Quarters, "dda-circle").and_then(|m| m.clocks.of_long).map(|[least, most]| {
-                let least_radius = expected / 16;
-                let measured = format!("{least}…{most} a quarter from R = {least_radius} on; 2^p = {expected}");
-                (measured, least == expected && most == expected)
-            });
+        let settings = ["", " --half-preload", " --parallel", " --parallel --half-preload"];
+        let all: Option<Vec<[u64; 2]>> = settings
+            .iter()
+            .map(|with| self.motion(SetKind::Quarters, &format!("dda-circle{with}"))?.clocks.of_long)
+            .collect();
+        let bounds = all.and_then(|all| Some([all.iter().map(|c| c[0]).min()?, all.iter().map(|c| c[1]).max()?]));
+        let circle = bounds.map(|[least, most]| {
+            let measured = format!("{least}…{most} a quarter from R = {} on; 2^p = {expected}", expected / 16);
+            (measured, least == expected && most == expected)
+        });
         vec![
             claim("2^p clocks whatever the length: line by DDA", CYCLES, line),
             claim("2^p clocks whatever the length: circle by DDA", CYCLES, circle),

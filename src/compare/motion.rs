@@ -151,9 +151,10 @@ impl Measured {
         };
         let length = distance(request.from, request.to);
         let radius = distance(request.from, [0; 3]);
-        let is_arc = matches!(self.kind, SetKind::Quarters | SetKind::Arcs);
-        // by direction only where every direction is met alike
-        let even = self.kind != SetKind::Arcs && !self.variant.options.normalise;
+        let is_arc = matches!(self.kind, SetKind::Quarters | SetKind::Arcs | SetKind::Circles);
+        // arcs by direction only where every direction of the quadrant is met alike
+        let even = matches!(self.kind, SetKind::Lines | SetKind::Quarters | SetKind::Space);
+        let even = even && !self.variant.options.normalise;
         let long = even && if is_arc { radius } else { length } >= self.range / 2.0;
         let blu_a_clock = match (self.variant.is_dda(), is_arc) {
             (false, _) => 1.0,

@@ -143,6 +143,7 @@ impl Group {
             SetKind::Lines => "Lines",
             SetKind::Quarters => "Quarter circles",
             SetKind::Arcs => "Arcs with rounded ends",
+            SetKind::Circles => "Full circles",
             SetKind::Space => "Lines in space",
         }
     }
@@ -150,10 +151,18 @@ impl Group {
     fn table(&self) -> Table {
         let speeds = self.rows.iter().any(|r| r.motion.speed.is_some());
         let mut head = vec!["method", "clocks, mean", "most", "deviation +", "−", "mean"];
+        let longer = self.rows.iter().any(|r| r.motion.speed_141.is_some());
+        let functions = self.rows.iter().any(|r| r.motion.f_wrong.is_some());
         if speeds {
-            head.extend(["speed", "ratio", "×1.41", "ratio"]);
+            head.extend(["speed", "ratio"]);
         }
-        head.extend(["end exact", "F wrong"]);
+        if longer {
+            head.extend(["×1.41", "ratio"]);
+        }
+        head.push("end exact");
+        if functions {
+            head.push("F wrong");
+        }
         let rows = self.rows.iter().map(|r| {
             let m = &r.motion;
             let mut row = vec![r.method.clone(), format!("{:.1}", m.clocks.mean), m.clocks.most.to_string()];
@@ -161,10 +170,14 @@ impl Group {
             row.extend([d.outside, d.inside.abs(), d.mean].map(|v| format!("{v:.3}")));
             if speeds {
                 row.extend(speed(m.speed));
+            }
+            if longer {
                 row.extend(speed(m.speed_141));
             }
             row.push(ends(m));
-            row.push(m.f_wrong.map_or_else(String::new, |n| n.to_string()));
+            if functions {
+                row.push(m.f_wrong.map_or_else(String::new, |n| n.to_string()));
+            }
             row
         });
         Table { head, rows: rows.collect(), text: false }

@@ -26,6 +26,8 @@ pub enum SetKind {
     Quarters,
     /// Arcs that begin and end anywhere in the quadrant, with ends rounded off the circle.
     Arcs,
+    /// Full circles as curves of the second order.
+    Circles,
     /// Lines in space.
     Space,
 }
@@ -51,6 +53,7 @@ impl Set {
         match self.kind {
             SetKind::Lines => Variant::LINES,
             SetKind::Quarters | SetKind::Arcs => Variant::ARCS,
+            SetKind::Circles => Variant::CURVES,
             SetKind::Space => Variant::SPACE,
         }
     }
@@ -64,8 +67,10 @@ impl Set {
     /// Every segment as something that the method of a variant can be asked for.
     pub fn requests(&self, variant: Variant) -> impl Iterator<Item = Request> + use<> {
         let bits = self.bits;
+        let curves = self.kind == SetKind::Circles;
         self.segments().map(move |(from, to)| Request {
             from,
+            conic: curves.then(|| [1, 0, 1, 0, 0, -from[0] * from[0]]),
             bits: Some(bits),
             options: variant.options,
             ..Request::new(variant.method, to)
@@ -97,6 +102,12 @@ impl Set {
                     }
                 }
             })),
+            (SetKind::Circles, None) => Box::new((1..n / 2).map(circle)),
+            // a circle ends where it begins, which in other sets is refused
+            (SetKind::Circles, Some(sample)) => {
+                let mut random = Random(sample.seed);
+                Box::new((0..sample.number).map(move |_| circle(1 + random.below(n / 2 - 1))))
+            }
             (SetKind::Space, sample) => {
                 let sample = sample.unwrap_or(SPACE);
                 Box::new(sample.of(move |r| ([0; 3], [r.below(n), r.below(n), r.below(n)])))
@@ -110,6 +121,10 @@ const SPACE: Sample = Sample { number: 4096, seed: 1 };
 
 fn quarter(r: i64) -> Segment {
     ([r, 0, 0], [0, r, 0])
+}
+
+fn circle(r: i64) -> Segment {
+    ([r, 0, 0], [r, 0, 0])
 }
 
 /// From the lattice point nearest to one direction to the one nearest to another on the circle through it; none if that
@@ -170,6 +185,12 @@ impl fmt::Display for Set {
                     which("all of them")
                 )
             }
+            SetKind::Circles => write!(
+                f,
+                "Full circles counter-clockwise from (R, 0), as the curve x² + y² = R², R = 1…{}, {}. 2R has to fit {p} bits.",
+                most / 2,
+                which("all of them")
+            ),
             SetKind::Arcs => {
                 let directions = if self.sample.is_some() { "tenths of a degree" } else { "15°" };
                 write!(
@@ -203,8 +224,9 @@ mod tests {
     fn sets_have_the_size_that_they_say() {
         assert_eq!(count(SetKind::Lines, 4, None), 255);
         assert_eq!(count(SetKind::Quarters, 8, None), 255);
+        assert_eq!(count(SetKind::Circles, 8, None), 127);
         let sample = Some(Sample { number: 77, seed: 5 });
-        for kind in [SetKind::Lines, SetKind::Quarters, SetKind::Arcs, SetKind::Space] {
+        for kind in [SetKind::Lines, SetKind::Quarters, SetKind::Arcs, SetKind::Circles, SetKind::Space] {
             assert_eq!(count(kind, 12, sample), 77);
             let set = Set { kind, bits: 12, sample };
             assert!(set.segments().eq(set.segments()));

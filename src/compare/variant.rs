@@ -62,6 +62,14 @@ impl Variant {
         Variant::normalised(Method::DdaCircle),
     ];
 
+    /// Curves of the second order.
+    pub const CURVES: &'static [Variant] = &[
+        Variant::of(Method::DdaCurve),
+        Variant::dda(Method::DdaCurve, false, true),
+        Variant::dda(Method::DdaCurve, true, false),
+        Variant::dda(Method::DdaCurve, true, true),
+    ];
+
     /// Lines in space.
     pub const SPACE: &'static [Variant] = &[
         Variant::of(Method::EfLine3d),
