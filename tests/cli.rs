@@ -298,7 +298,7 @@ fn parameters_and_inputs_of_the_command_line() {
     let (status, stdout, _) = run(&["run", LINE, "-p", "W=4", "-s", "dx=4'b1111", "-s", "dy=-8"]);
     assert!(status == 0 && stdout.contains("xt = 15  yt = 8"), "{stdout}");
     refused(&["run", LINE, "-p", "w=4"], &["`line` has no parameter `w`", " --> -p:1:1", "did you mean `W`?"]);
-    refused(&["run", LINE, "-p", "W=33"], &["must be at most 32, not 33", " ::: circuits/evaluation/line.json:9:"]);
+    refused(&["run", LINE, "-p", "W=33"], &["must be at most 32, not 33", " ::: circuits/evaluation/line.json:10:"]);
     refused(&["run", LINE, "-p", "W"], &["write it as NAME=VALUE"]);
     refused(&["run", LINE, "-s", "xd=1"], &["has no net `xd`", " --> -s:1:1", "did you mean `dx`?"]);
     refused(&["run", LINE, "-s", "dx="], &["write it as NAME=VALUE"]);

@@ -154,20 +154,23 @@ struct Count {
     golden: usize,
 }
 
-/// Mutates a circuit; what noticed, and the names of those that nothing did.
-fn hunt(proof: &Proof, survivors: &mut Vec<(String, String)>) -> Count {
-    let root = folder("mutation").join(proof.path.replace('/', "_"));
+/// Mutates a circuit, which has a proof for each choice of its parameters; what noticed, and the names of those that
+/// nothing did.
+fn hunt(circuit: &str, proofs: &[&Proof], survivors: &mut Vec<(String, String)>) -> Count {
+    let root = folder("mutation").join(circuit.replace('/', "_"));
     for part in ["circuits", "traces"] {
         copy(&repository(part), &root.join(part));
     }
-    let path = root.join("circuits").join(proof.path);
+    let path = root.join("circuits").join(circuit);
     let text = std::fs::read_to_string(&path).unwrap();
     let file: Value = serde_json::from_str(&text).unwrap();
     let mut all = mutants(&file);
-    Rng::named(proof.path).shuffle(&mut all);
-    let right = load_with(&path, proof.parameters).unwrap_or_else(|e| panic!("{e}"));
-    proof.run(&right).unwrap_or_else(|fault| panic!("{}: {fault}", proof.path));
-    let scenarios = scenarios(&root, proof.path);
+    Rng::named(circuit).shuffle(&mut all);
+    for proof in proofs {
+        let right = load_with(&path, proof.parameters).unwrap_or_else(|e| panic!("{e}"));
+        proof.run(&right).unwrap_or_else(|fault| panic!("{circuit}: {fault}"));
+    }
+    let scenarios = scenarios(&root, circuit);
     let mut count = Count::default();
     for mutant in all {
         if count.mutants == EACH {
@@ -178,9 +181,10 @@ fn hunt(proof: &Proof, survivors: &mut Vec<(String, String)>) -> Count {
             *changed.pointer_mut(place).unwrap() = value.clone();
         }
         std::fs::write(&path, serde_json::to_string(&changed).unwrap()).unwrap();
-        let Ok(circuit) = load_with(&path, proof.parameters) else { continue };
+        let loaded: Result<Vec<_>, _> = proofs.iter().map(|proof| load_with(&path, proof.parameters)).collect();
+        let Ok(loaded) = loaded else { continue };
         count.mutants += 1;
-        let by_proof = proof.run(&circuit).is_err();
+        let by_proof = proofs.iter().zip(&loaded).any(|(proof, circuit)| proof.run(circuit).is_err());
         let by_golden = !scenarios.is_empty() && {
             let mut command = Command::new(env!("CARGO_BIN_EXE_discreta"));
             !command.arg("test").args(&scenarios).output().unwrap().status.success()
@@ -188,7 +192,7 @@ fn hunt(proof: &Proof, survivors: &mut Vec<(String, String)>) -> Count {
         count.proof += usize::from(by_proof);
         count.golden += usize::from(by_golden);
         if !by_proof {
-            survivors.push((proof.path.to_owned(), mutant.name));
+            survivors.push((circuit.to_owned(), mutant.name));
         }
     }
     std::fs::write(&path, text).unwrap();
@@ -199,13 +203,17 @@ fn hunt(proof: &Proof, survivors: &mut Vec<(String, String)>) -> Count {
 fn part(n: usize, of: usize) -> BTreeMap<&'static str, Count> {
     let mut survivors = Vec::new();
     let mut counts = BTreeMap::new();
-    for proof in PROOFS.iter().skip(n).step_by(of) {
-        let count = hunt(proof, &mut survivors);
+    let mut circuits: BTreeMap<&str, Vec<&Proof>> = BTreeMap::new();
+    for proof in PROOFS {
+        circuits.entry(proof.path).or_default().push(proof);
+    }
+    for (circuit, proofs) in circuits.into_iter().skip(n).step_by(of) {
+        let count = hunt(circuit, &proofs, &mut survivors);
         println!(
-            "{}: {} mutants, {} caught by the proof, {} by the golden traces",
-            proof.path, count.mutants, count.proof, count.golden
+            "{circuit}: {} mutants, {} caught by the proof, {} by the golden traces",
+            count.mutants, count.proof, count.golden
         );
-        counts.insert(proof.path, count);
+        counts.insert(circuit, count);
     }
     let explained =
         |(circuit, mutant): &(String, String)| SURVIVORS.iter().any(|(c, m, _)| c == circuit && m == mutant);

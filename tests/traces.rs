@@ -9,7 +9,10 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use discreta::interpolate::{DdaLine3d, EfLine, EfLine3d, Interpolator, Line3dInput, LineInput};
+use discreta::interpolate::{
+    ArcInput, DdaLine3d, EfCircle, EfCirclePrinted, EfLine, EfLine3d, Interpolator, Karibsky, KaribskyPrinted,
+    Line3dInput, LineInput,
+};
 use vcd::{IdCode, ScopeItem, Value};
 
 /// Makes the algorithm of what the inputs say at START; the number that a net shows then, by its name.
@@ -21,6 +24,14 @@ const ALGORITHMS: &[(&str, Start)] = &[
         let input = LineInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), bits: 8 };
         Box::new(EfLine::new(input).unwrap())
     }),
+    ("evaluation/circle_as_printed_", |net| Box::new(EfCirclePrinted::new(arc(net, false)).unwrap())),
+    ("evaluation/circle_cw_", |net| Box::new(EfCircle::new(arc(net, true)).unwrap())),
+    ("evaluation/circle_gates_cw_", |net| Box::new(EfCircle::new(arc(net, true)).unwrap())),
+    ("evaluation/circle_", |net| Box::new(EfCircle::new(arc(net, false)).unwrap())),
+    ("evaluation/karibsky_as_printed_", |net| Box::new(KaribskyPrinted::new(arc(net, true)).unwrap())),
+    ("evaluation/karibsky_cw_", |net| Box::new(Karibsky::new(arc(net, true)).unwrap())),
+    ("evaluation/karibsky_gates_cw_", |net| Box::new(Karibsky::new(arc(net, true)).unwrap())),
+    ("evaluation/karibsky_", |net| Box::new(Karibsky::new(arc(net, false)).unwrap())),
     ("three_axis/line_", |net| Box::new(EfLine3d::new(line_3d(net, 8)).unwrap())),
     ("three_axis/dda_line_half_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), true).unwrap())),
     ("three_axis/dda_line_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), false).unwrap())),
@@ -30,8 +41,15 @@ fn line_3d(net: &dyn Fn(&str) -> i64, bits: u32) -> Line3dInput {
     Line3dInput { start: ["xh", "yh", "zh"].map(net), increment: ["dx", "dy", "dz"].map(net), bits }
 }
 
-/// Traces of circuits that are no interpolators, or fail as they are to; each has a test of its own elsewhere.
-const OTHERS: &[&str] = &[];
+/// What the inputs of an arc's circuit say; `f0` has 10 bits in two's complement.
+fn arc(net: &dyn Fn(&str) -> i64, clockwise: bool) -> ArcInput {
+    let f0 = net("f0") << 54 >> 54;
+    ArcInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), f0, clockwise, bits: 8 }
+}
+
+/// Traces of circuits that are no interpolators, or fail as they are to; each has a test of its own elsewhere, or its
+/// scenario says what is to come of it.
+const OTHERS: &[&str] = &["evaluation/circle_worded"];
 
 /// What the nets show, by their names; nothing while a bit is unknown.
 type Nets = HashMap<String, Option<u64>>;

@@ -192,8 +192,33 @@ pub enum InputError {
         /// Its value in BLU.
         value: i64,
     },
+    /// A point of an arc is too far from its centre along an axis.
+    FarFromCenter {
+        /// How far, in BLU.
+        value: i64,
+        /// Bits of the registers.
+        bits: u32,
+    },
+    /// The circle is too great for the registers.
+    WideRadius {
+        /// The square of its radius.
+        square: i128,
+        /// Bits of the registers.
+        bits: u32,
+    },
+    /// An arc within a quadrant on which no coordinate falls, or none rises.
+    TooShort,
     /// The start point is the centre.
     ZeroRadius,
+    /// The tool's radius is not below that of the arc inside which it is to go.
+    TooGreatTool {
+        /// The tool's radius in BLU.
+        radius: u32,
+        /// The square of the arc's.
+        square: i128,
+    },
+    /// A line without a length has no side.
+    NoSide,
     /// The start point is too far from the circle for the register of `F`.
     WideF0 {
         /// `F₀`.
@@ -289,6 +314,31 @@ impl fmt::Display for InputError {
             InputError::NegativeCoordinate { name, value } => {
                 write!(f, "{name} = {value} is negative: the arc has to lie in the first quadrant")
             }
+            InputError::FarFromCenter { value, bits } => {
+                write!(
+                    f,
+                    "a point is {value} from the centre, above {}, the greatest of {bits} bits",
+                    (1_i64 << bits) - 1
+                )
+            }
+            InputError::WideRadius { square, bits } => {
+                let root = (square as f64).sqrt();
+                write!(f, "the radius {root:.2} is above {}, the greatest of {bits} bits", (1_i64 << bits) - 1)
+            }
+            InputError::TooShort => {
+                write!(
+                    f,
+                    "no arc from the start point to the end point has one coordinate that falls and one that rises"
+                )
+            }
+            InputError::TooGreatTool { radius, square } => {
+                let arc = (square as f64).sqrt();
+                write!(
+                    f,
+                    "a tool of radius {radius} does not fit into an arc of radius {arc:.2}: what is left is not above 0"
+                )
+            }
+            InputError::NoSide => write!(f, "a line without a length has no side to go on"),
             InputError::ZeroRadius => write!(f, "the start point is the centre: the radius is 0"),
             InputError::WideF0 { value, bits } => {
                 let half = 1_i64 << (bits - 1);
@@ -373,6 +423,12 @@ pub(super) fn check_coordinate(name: &'static str, value: i64, bits: u32) -> Res
         return Err(InputError::WideCoordinate { name, value, bits });
     }
     Ok(())
+}
+
+/// Refuses what a register of `bits` bits does not hold in two's complement.
+pub(super) fn check_signed(name: &'static str, value: i64, bits: u32) -> Result<(), InputError> {
+    let half = 1 << (bits - 1);
+    if (-half..half).contains(&value) { Ok(()) } else { Err(InputError::WideSigned { name, value, bits }) }
 }
 
 #[cfg(test)]

@@ -12,6 +12,8 @@ pub mod evaluation;
 pub mod ideal;
 pub mod input;
 pub mod method;
+pub mod offset;
+pub mod quadrant;
 pub mod request;
 
 pub use clock::{Clock, Columns, Interpolator, Stopped, Watchdog};
@@ -29,6 +31,8 @@ pub use evaluation::line_3d::EfLine3d;
 pub use ideal::Ideal;
 pub use input::{ArcInput, InputError, Line3dInput, LineInput};
 pub use method::{Method, Shape, UnknownMethod};
+pub use offset::{Offset, OffsetArc, OffsetLine, Side, UnknownSide};
+pub use quadrant::{ArcPath, Mirrored, Quadrants};
 pub use request::{Drawing, Options, Request};
 
 /// The widest coordinate register, bits.

@@ -1,7 +1,10 @@
 //! For each shipped circuit the cases of a short proof: inputs, and the algorithm that says what comes of them.
 
 use discreta::circuit::Circuit;
-use discreta::interpolate::{DdaLine3d, EfLine, EfLine3d, Interpolator, Line3dInput, LineInput};
+use discreta::interpolate::{
+    ArcInput, DdaLine3d, EfCircle, EfCircleFast, EfLine, EfLine3d, EfLineFast, EfLineFastPrinted, Interpolator,
+    Karibsky, Line3dInput, LineInput,
+};
 
 use super::bench::Bench;
 
@@ -32,15 +35,38 @@ impl Proof {
     }
 }
 
-/// Every circuit that has one.
+/// Every circuit that has one, and one for each choice of its parameters that adds to it.
 pub const PROOFS: &[Proof] = &[
     Proof { path: "evaluation/line.json", parameters: &[("W", 3)], cases: ef_lines },
     Proof { path: "evaluation/line_gates.json", parameters: &[("W", 3)], cases: ef_lines },
+    Proof { path: "evaluation/line.json", parameters: CENTRED, cases: centred_ef_lines },
+    Proof { path: "evaluation/line_gates.json", parameters: CENTRED, cases: centred_ef_lines },
+    Proof { path: "evaluation/fast_line_x.json", parameters: &[("W", 3)], cases: fast_lines_x },
+    Proof { path: "evaluation/fast_line.json", parameters: &[("W", 3)], cases: fast_lines },
+    Proof { path: "evaluation/fast_line_gates.json", parameters: &[("W", 3)], cases: fast_lines },
+    Proof { path: "evaluation/fast_line.json", parameters: CENTRED, cases: centred_fast_lines },
+    Proof { path: "evaluation/fast_line_gates.json", parameters: CENTRED, cases: centred_fast_lines },
+    Proof { path: "evaluation/fast_circle.json", parameters: &[("W", 3)], cases: fast_circles },
+    Proof { path: "evaluation/fast_circle_gates.json", parameters: &[("W", 3)], cases: fast_circles },
+    Proof { path: "evaluation/fast_circle.json", parameters: CLOCKWISE, cases: clockwise_fast_circles },
+    Proof { path: "evaluation/fast_circle_gates.json", parameters: CLOCKWISE, cases: clockwise_fast_circles },
+    Proof { path: "evaluation/circle.json", parameters: COUNTER_CLOCKWISE, cases: ef_circles },
+    Proof { path: "evaluation/circle.json", parameters: CLOCKWISE, cases: clockwise_ef_circles },
+    Proof { path: "evaluation/circle_gates.json", parameters: COUNTER_CLOCKWISE, cases: ef_circles },
+    Proof { path: "evaluation/circle_gates.json", parameters: CLOCKWISE, cases: clockwise_ef_circles },
+    Proof { path: "evaluation/karibsky.json", parameters: COUNTER_CLOCKWISE, cases: karibsky },
+    Proof { path: "evaluation/karibsky.json", parameters: CLOCKWISE, cases: clockwise_karibsky },
+    Proof { path: "evaluation/karibsky_gates.json", parameters: COUNTER_CLOCKWISE, cases: karibsky },
+    Proof { path: "evaluation/karibsky_gates.json", parameters: CLOCKWISE, cases: clockwise_karibsky },
     Proof { path: "three_axis/line.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/line_gates.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/dda_line.json", parameters: &[("W", 2)], cases: dda_lines_3d },
     Proof { path: "three_axis/dda_line_gates.json", parameters: &[("W", 2)], cases: dda_lines_3d },
 ];
+
+const COUNTER_CLOCKWISE: &[(&str, i64)] = &[("W", 3), ("CLOCKWISE", 0)];
+const CENTRED: &[(&str, i64)] = &[("W", 3), ("CENTRED", 1)];
+const CLOCKWISE: &[(&str, i64)] = &[("W", 3), ("CLOCKWISE", 1)];
 
 /// Every line of 3 bits, from start points that change.
 fn lines(algorithm: impl Fn(LineInput) -> Box<dyn Interpolator>) -> Vec<Case> {
@@ -56,6 +82,64 @@ fn lines(algorithm: impl Fn(LineInput) -> Box<dyn Interpolator>) -> Vec<Case> {
 
 fn ef_lines() -> Vec<Case> {
     lines(|input| Box::new(EfLine::new(input).unwrap()))
+}
+
+fn centred_ef_lines() -> Vec<Case> {
+    lines(|input| Box::new(EfLine::centred(input).unwrap()))
+}
+
+fn fast_lines() -> Vec<Case> {
+    lines(|input| Box::new(EfLineFast::new(input).unwrap()))
+}
+
+fn centred_fast_lines() -> Vec<Case> {
+    lines(|input| Box::new(EfLineFast::centred(input).unwrap()))
+}
+
+/// Without the lines that are not for this circuit, where y leads.
+fn fast_lines_x() -> Vec<Case> {
+    let mut cases = lines(|input| Box::new(EfLineFastPrinted::diagram(input).unwrap()));
+    cases.retain(|(inputs, _)| inputs[0].1 >= inputs[1].1);
+    cases
+}
+
+/// Every arc of 3 bits between two points of the quadrant, with an `F₀` that changes.
+fn arcs(clockwise: bool, algorithm: impl Fn(ArcInput) -> Box<dyn Interpolator>) -> Vec<Case> {
+    let points = || (0..8).flat_map(|x| (0..8).map(move |y| (x, y))).skip(1);
+    let mut cases = Vec::new();
+    for (from, to) in points().flat_map(|from| points().map(move |to| (from, to))) {
+        let f0 = [0, -(from.0 + to.1), from.1 + to.0][cases.len() % 3];
+        let input = ArcInput { f0, ..ArcInput::between(from, to, clockwise, 3) };
+        if input.check().is_ok() {
+            let inputs = [("dx", input.dx), ("dy", input.dy), ("xh", input.xh), ("yh", input.yh), ("f0", f0)];
+            cases.push((inputs.map(|(name, v)| (name, v as u64)).to_vec(), algorithm(input)));
+        }
+    }
+    cases
+}
+
+fn fast_circles() -> Vec<Case> {
+    arcs(false, |input| Box::new(EfCircleFast::new(input).unwrap()))
+}
+
+fn clockwise_fast_circles() -> Vec<Case> {
+    arcs(true, |input| Box::new(EfCircleFast::new(input).unwrap()))
+}
+
+fn ef_circles() -> Vec<Case> {
+    arcs(false, |input| Box::new(EfCircle::new(input).unwrap()))
+}
+
+fn clockwise_ef_circles() -> Vec<Case> {
+    arcs(true, |input| Box::new(EfCircle::new(input).unwrap()))
+}
+
+fn karibsky() -> Vec<Case> {
+    arcs(false, |input| Box::new(Karibsky::new(input).unwrap()))
+}
+
+fn clockwise_karibsky() -> Vec<Case> {
+    arcs(true, |input| Box::new(Karibsky::new(input).unwrap()))
 }
 
 /// Every line in space of 2 bits, from start points that change.

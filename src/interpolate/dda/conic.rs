@@ -7,7 +7,7 @@
 //! derivatives and coordinates get on the way. The interpolator itself knows nothing of this.
 
 use crate::interpolate::InputError;
-use crate::interpolate::input::check_bits;
+use crate::interpolate::input::{check_bits, check_signed};
 
 /// How near the end point counts as having got there, BLU along each axis: the path then goes straight to it. The path
 /// may be a few BLU off the curve, and would else pass the end point by.
@@ -160,11 +160,6 @@ impl CurveInput {
         }
         Ok(())
     }
-}
-
-fn check_signed(name: &'static str, value: i64, bits: u32) -> Result<(), InputError> {
-    let half = 1_i64 << (bits - 1);
-    if (-half..half).contains(&value) { Ok(()) } else { Err(InputError::WideSigned { name, value, bits }) }
 }
 
 /// The motion from a point of the curve: point and velocity as functions of `τ`.
