@@ -148,6 +148,7 @@ fn claims_are_judged_by_what_was_measured() {
         ("At most one BLU off: circle by DDA", false),
         ("Exact to one pulse: circle by Grossman", true),
         ("Exact to one pulse: circle by Karibsky", false),
+        ("Grossman against every circle here: least equipment", false),
         ("No accumulated error", true),
         ("2^p clocks whatever the length: line", true),
         ("2^p clocks whatever the length: circle", false),
@@ -158,7 +159,7 @@ fn claims_are_judged_by_what_was_measured() {
         assert_eq!(holds(claim), expected, "{claim}");
     }
     // with few bits a circle by DDA keeps within a BLU, and the verdict follows
-    let few = json("--bits 2");
+    let few = json("--bits 4");
     let circle = few["claims"].as_array().unwrap().iter().find(|c| c["claim"] == "At most one BLU off: circle by DDA");
     let most = ["dda-circle", "dda-circle --parallel"]
         .map(|m| row(&few, "quarters", m).pointer("/deviation/most").unwrap().as_f64().unwrap());
@@ -179,9 +180,9 @@ fn a_sample_is_stated_and_always_the_same() {
 #[test]
 fn what_cannot_be_compared_is_refused() {
     refused("--circuits docs", &["there is no circuit `docs/evaluation/line.json` of ef-line", "--circuits DIR"]);
-    refused("--bits 12", &["they may be 2 to 9", "draw a sample: --sample 2000"]);
-    refused("--bits 40 --sample 10", &["they may be 2 to 20"]);
-    refused("--bits 1", &["they may be 2 to 9"]);
+    refused("--bits 12", &["they may be 4 to 9", "draw a sample: --sample 2000"]);
+    refused("--bits 40 --sample 10", &["they may be 4 to 20"]);
+    refused("--bits 3", &["they may be 4 to 9"]);
     refused("--seed 3", &["--sample"]);
     refused("--sample 0", &["0"]);
     let dir = tempfile::tempdir().unwrap();
@@ -193,7 +194,7 @@ fn what_cannot_be_compared_is_refused() {
 #[test]
 fn every_measure_is_defined_in_help_and_page() {
     let (_, help, _) = compare("--help");
-    let (_, page, _) = compare("--bits 3 --format markdown");
+    let (_, page, _) = compare("--bits 4 --format markdown");
     for measure in ["gates", "depth", "elements", "deviation", "speed", "F wrong"] {
         assert!(help.contains(&format!("  {measure}: ")), "{measure}: {help}");
         assert!(page.contains(&format!("| {measure} | ")), "{measure}: {page}");

@@ -14,6 +14,9 @@ use crate::circuit::{Limits, Loader};
 use crate::compare::{self, Comparison, Equipment, MEASURES, Sample, Set, SetKind, Variant, Watch};
 use crate::netlist::Stats;
 
+/// With fewer there is no full circle.
+const LEAST_BITS: u32 = 4;
+
 /// More bits than this are too many for every segment: they would take minutes.
 const ALL_BITS: u32 = 9;
 
@@ -31,8 +34,9 @@ pub fn measures() -> String {
 /// A circuit that is missing or has faults, bits that are too many, output that cannot be written.
 pub fn run(args: &CompareArgs, out: &mut Out) -> Result<Status, CliError> {
     let most = if args.sample.is_some() { MOST_BITS } else { ALL_BITS };
-    if !(2..=most).contains(&args.bits) {
-        let fault = CliError::usage(format!("cannot compare with {} bits: they may be 2 to {most}", args.bits));
+    if !(LEAST_BITS..=most).contains(&args.bits) {
+        let fault =
+            CliError::usage(format!("cannot compare with {} bits: they may be {LEAST_BITS} to {most}", args.bits));
         let sample = "draw a sample: --sample 2000";
         return Err(if args.sample.is_none() { fault.with_hint(sample) } else { fault });
     }

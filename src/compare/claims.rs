@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use super::{Equipment, Group, Motion, Row, SetKind};
+use super::equipment::Gates;
+use super::{Equipment, Group, Motion, Row, SetKind, Variant};
 
 /// A claim and what was found. Whether it holds is computed from the measures alone.
 #[derive(Clone, PartialEq, Debug, Serialize)]
@@ -57,14 +58,15 @@ impl Measured<'_> {
 
     fn one_blu(&self) -> Vec<Claim> {
         let most = |kind, name: &str| self.motion(kind, name).map(|m| m.deviation.most);
+        let of_arcs = |name: &str| Some(most(SetKind::Quarters, name)?.max(most(SetKind::Arcs, name)?));
         let at_most = |found: Option<f64>| found.map(|d| (format!("{d:.4} BLU"), d <= 1.0));
-        let both = most(SetKind::Quarters, "dda-circle").zip(most(SetKind::Quarters, "dda-circle --parallel"));
+        let both = of_arcs("dda-circle").zip(of_arcs("dda-circle --parallel"));
         let circle = both.map(|(s, p)| (format!("{s:.4} BLU sequential, {p:.4} parallel"), s.max(p) <= 1.0));
         vec![
             claim("At most one BLU off: line by DDA", BLU, at_most(most(SetKind::Lines, "dda-line"))),
             claim("At most one BLU off: circle by DDA", BLU, circle),
-            claim("Exact to one pulse: circle by Grossman", PULSE, at_most(most(SetKind::Quarters, GROSSMAN))),
-            claim("Exact to one pulse: circle by Karibsky", PULSE, at_most(most(SetKind::Quarters, "karibsky"))),
+            claim("Exact to one pulse: circle by Grossman", PULSE, at_most(of_arcs(GROSSMAN))),
+            claim("Exact to one pulse: circle by Karibsky", PULSE, at_most(of_arcs("karibsky"))),
         ]
     }
 
@@ -182,6 +184,7 @@ impl Measured<'_> {
             let less = g.gates + g.inverters <= k.gates + k.inverters && g.flip_flops <= k.flip_flops;
             Some((measured, less))
         });
+        let least = made(GROSSMAN).and_then(|g| self.least_equipment(g));
         let simple = of_both()
             .map(|(g, k)| (format!("{} elements against {}", g.elements, k.elements), g.elements <= k.elements));
         let motions = self.motion(SetKind::Quarters, GROSSMAN).zip(self.motion(SetKind::Quarters, "karibsky"));
@@ -202,6 +205,21 @@ impl Measured<'_> {
             claim(against("most accurate"), BEST, accurate),
             claim(against("simplest"), BEST, simple),
             claim(against("fastest"), BEST, quick),
+            claim("Grossman against every circle here: least equipment", BEST, least),
         ]
+    }
+
+    /// Whether no other method that draws arcs takes fewer gates, with inverters, than this one.
+    fn least_equipment(&self, of: &Equipment) -> Option<(String, bool)> {
+        let names: Vec<String> = Variant::ARCS.iter().map(Variant::name).collect();
+        let all = self.equipment.iter().filter(|e| names.contains(&e.method));
+        let (least, method) = all
+            .map(|e| Some((e.gates?, &e.method)))
+            .collect::<Option<Vec<_>>>()?
+            .into_iter()
+            .min_by_key(|(g, _)| g.all())?;
+        let (own, holds) = (of.gates?, method == &of.method);
+        let told = |g: Gates| format!("{} gates, {} inverters, {} flip-flops", g.gates, g.inverters, g.flip_flops);
+        Some((format!("{}; the least is {method}: {}", told(own), told(least)), holds))
     }
 }

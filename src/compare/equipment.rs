@@ -33,6 +33,13 @@ pub struct Gates {
     pub depth: u32,
 }
 
+impl Gates {
+    /// Gates and inverters together.
+    pub(super) const fn all(&self) -> u64 {
+        self.gates + self.inverters
+    }
+}
+
 impl Equipment {
     /// Counts a method's circuits. What is not of gates alone is no all-gates form.
     #[must_use]

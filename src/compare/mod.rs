@@ -61,6 +61,6 @@ pub const MEASURES: &[(&str, &str)] = &[
     (
         "F wrong",
         "Clocks after which F is not F(x, y): a wrong F is an error that would be carried on. Lines along y are left \
-         out: there F(x, y) is 0 everywhere, and F has to differ for the first step to be one along y.",
+         out: there F(x, y) is 0 everywhere and tells nothing.",
     ),
 ];

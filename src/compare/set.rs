@@ -37,7 +37,7 @@ pub enum SetKind {
 pub struct Set {
     /// Their kind.
     pub kind: SetKind,
-    /// Bits of the registers.
+    /// Bits of the registers, 4 at least.
     pub bits: u32,
     /// All of them, or some.
     pub sample: Option<Sample>,
@@ -102,11 +102,11 @@ impl Set {
                     }
                 }
             })),
-            (SetKind::Circles, None) => Box::new((1..n / 2).map(circle)),
+            (SetKind::Circles, None) => Box::new((2..n / 2 - 3).map(circle)),
             // a circle ends where it begins, which in other sets is refused
             (SetKind::Circles, Some(sample)) => {
                 let mut random = Random(sample.seed);
-                Box::new((0..sample.number).map(move |_| circle(1 + random.below(n / 2 - 1))))
+                Box::new((0..sample.number).map(move |_| circle(2 + random.below(n / 2 - 5))))
             }
             (SetKind::Space, sample) => {
                 let sample = sample.unwrap_or(SPACE);
@@ -187,8 +187,9 @@ impl fmt::Display for Set {
             }
             SetKind::Circles => write!(
                 f,
-                "Full circles counter-clockwise from (R, 0), as the curve x² + y² = R², R = 1…{}, {}. 2R has to fit {p} bits.",
-                most / 2,
+                "Full circles counter-clockwise from (R, 0), as the curve x² + y² = R², R = 2…{}, {}. Twice a coordinate \
+                 has to fit {p} bits, also where the path is outside; R = 1 is never left far enough to come to an end.",
+                (1_u64 << (p - 1)) - 4,
                 which("all of them")
             ),
             SetKind::Arcs => {
@@ -224,7 +225,7 @@ mod tests {
     fn sets_have_the_size_that_they_say() {
         assert_eq!(count(SetKind::Lines, 4, None), 255);
         assert_eq!(count(SetKind::Quarters, 8, None), 255);
-        assert_eq!(count(SetKind::Circles, 8, None), 127);
+        assert_eq!(count(SetKind::Circles, 8, None), 123);
         let sample = Some(Sample { number: 77, seed: 5 });
         for kind in [SetKind::Lines, SetKind::Quarters, SetKind::Arcs, SetKind::Circles, SetKind::Space] {
             assert_eq!(count(kind, 12, sample), 77);
