@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 
-use crate::interpolate::Method;
+use crate::interpolate::{Method, Side};
 
 /// `discreta`.
 #[derive(Parser, Debug)]
@@ -382,6 +382,14 @@ pub struct DrawingArgs {
     /// The curve A·x² + B·xy + C·y² + D·x + E·y + F = 0
     #[arg(long, value_name = "A,B,C,D,E,F", allow_hyphen_values = true, value_parser = conic)]
     pub conic: Option<[i64; 6]>,
+
+    /// Draw the path of the centre of a tool with this radius, in BLU, beside the line or arc
+    #[arg(long, value_name = "R", requires = "side")]
+    pub offset: Option<u32>,
+
+    /// The side of the tool, left or right, seen in the direction of its travel
+    #[arg(long, value_name = "SIDE", requires = "offset")]
+    pub side: Option<Side>,
 
     /// Bits of the registers; by default the fewest that do, but 8 at least
     #[arg(long, value_name = "P")]

@@ -2,7 +2,7 @@
 
 use super::CliError;
 use super::args::{DrawingArgs, Point};
-use crate::interpolate::{Drawing, InputError, Method, Options, Request, Shape};
+use crate::interpolate::{Drawing, InputError, Method, Offset, Options, Request, Shape};
 
 /// Makes the interpolator.
 ///
@@ -50,6 +50,7 @@ fn request(method: Method, args: &DrawingArgs) -> Result<Request, CliError> {
         center: [center[0], center[1]],
         clockwise: args.cw,
         conic: args.conic,
+        offset: args.offset.zip(args.side).map(|(radius, side)| Offset { radius, side }),
         bits: args.bits,
         options: Options {
             as_printed: args.as_printed,
@@ -89,6 +90,9 @@ pub fn title(request: &Request, axes: usize) -> String {
             title += word;
         }
     }
+    if let Some(Offset { radius, side }) = request.offset {
+        title += &format!(", {radius} BLU to the {side} of");
+    }
     format!("{title}: {} → {}", point(request.from, axes), point(request.to, axes))
 }
 
@@ -102,6 +106,8 @@ impl DrawingArgs {
     /// The first option given that says how a method works, and so means nothing without one.
     pub fn of_methods_alone(&self) -> Option<&'static str> {
         let all = [
+            ("--conic", self.conic.is_some()),
+            ("--offset", self.offset.is_some()),
             ("--bits", self.bits.is_some()),
             ("--half-preload", self.half_preload),
             ("--parallel", self.parallel),

@@ -104,6 +104,7 @@ fn json(out: &mut Out, request: &Request, drawing: Drawing) -> Result<Finished, 
         ("method", json!(request.method.name())),
         ("from", json!(request.from[..axes])),
         ("to", json!(request.to[..axes])),
+        ("offset", json!(request.offset.map(|o| json!({ "radius": o.radius, "side": o.side.to_string() })))),
         ("bits", json!(bits)),
         ("columns", names(&columns).collect::<Value>()),
     ];

@@ -12,17 +12,28 @@ use super::{ArcInput, Clock, Columns, InputError, Interpolator, Stopped};
 #[derive(Clone, Debug)]
 pub struct Mirrored<I> {
     core: I,
-    origin: [i64; 3],
+    swap: bool,
     negative: [bool; 3],
+    origin: [i64; 3],
 }
 
 impl<I: Interpolator> Mirrored<I> {
-    /// `core`'s origin comes to lie at `origin`, in BLU; the axes that are `negative` are turned round.
-    pub const fn new(core: I, origin: [i64; 3], negative: [bool; 3]) -> Self {
-        Mirrored { core, origin, negative }
+    /// `core`'s x and y are exchanged if `swap` says so, with all that belongs to them; then the axes that are `negative`
+    /// are turned round, and its origin comes to lie at `origin`, in BLU.
+    pub const fn new(core: I, swap: bool, negative: [bool; 3], origin: [i64; 3]) -> Self {
+        Mirrored { core, swap, negative, origin }
     }
 
     fn turn(&self, mut clock: Clock) -> Clock {
+        if self.swap {
+            clock.step.swap(0, 1);
+            clock.at.swap(0, 1);
+            clock.left.swap(0, 1);
+            // one for each axis, or one F
+            if self.columns().sum.len() > 1 {
+                clock.sum.swap(0, 1);
+            }
+        }
         for axis in 0..3 {
             if self.negative[axis] {
                 clock.step[axis] = -clock.step[axis];
@@ -217,11 +228,9 @@ impl Plan {
             1 => self.axis().max(self.cut.to[0]),
             _ => self.axis(),
         } - from[1];
-        let clockwise = y_falls(quadrant, clockwise);
-        let in_order = |[falling, rising]: [i64; 2]| if clockwise { [rising, falling] } else { [falling, rising] };
-        let ([xh, yh], [dx, dy]) = (in_order(from), in_order([falling, rising]));
-        let core = (self.build)(ArcInput { xh, yh, dx, dy, f0, clockwise, bits })?;
-        Ok(Mirrored::new(core, [cx, cy, 0], negative(quadrant)))
+        let [xh, yh] = from;
+        let core = (self.build)(ArcInput { xh, yh, dx: falling, dy: rising, f0, clockwise: false, bits })?;
+        Ok(Mirrored::new(core, y_falls(quadrant, clockwise), negative(quadrant), [cx, cy, 0]))
     }
 
     /// Where the circle meets an axis, to the nearest whole coordinate.
@@ -236,9 +245,8 @@ type Core = Mirrored<Box<dyn Interpolator>>;
 
 /// An arc through any number of quadrants: arcs of the first quadrant, one after another.
 ///
-/// In each quadrant one coordinate falls and the other rises (without their signs), and the two change places from
-/// quadrant to quadrant; so x and y stay what they are, and the method draws counter-clockwise in one quadrant and
-/// clockwise in the next. A quadrant that is not the last goes on until the falling coordinate is 0, with the counter of
+/// In each quadrant one coordinate falls and the other rises (without their signs), as x and y do counter-clockwise in
+/// the first; the two change places from quadrant to quadrant, and with the direction. A quadrant that is not the last goes on until the falling coordinate is 0, with the counter of
 /// the rising one at its greatest, so that it does not end it. Then comes **one clock without a step**, in which the
 /// next arc is loaded: the circuit needs it. `KOX` and `KOY` are those of the quadrant that is being drawn.
 ///

@@ -135,14 +135,14 @@ impl Request {
         let from = [from[0], from[1], 0];
         let (negative, [dx, dy, _]) = octant(from, [to[0], to[1], 0], bits)?;
         let core = line(self.method, LineInput { xh: 0, yh: 0, dx, dy, bits }, &self.options)?;
-        Ok((Box::new(Mirrored::new(core, from, negative)), ideal))
+        Ok((Box::new(Mirrored::new(core, false, negative, from)), ideal))
     }
 
     fn line_3d(&self, bits: u32) -> Result<(Box<dyn Interpolator>, Ideal), InputError> {
         self.refuse_offset()?;
         let (negative, increment) = octant(self.from, self.to, bits)?;
         let core = line_3d(self.method, Line3dInput { start: [0; 3], increment, bits }, &self.options)?;
-        Ok((Box::new(Mirrored::new(core, self.from, negative)), Ideal::segment(self.from, self.to)))
+        Ok((Box::new(Mirrored::new(core, false, negative, self.from)), Ideal::segment(self.from, self.to)))
     }
 
     fn arc(&self, bits: u32) -> Result<(Box<dyn Interpolator>, Ideal), InputError> {

@@ -43,8 +43,10 @@ impl<'c> Bench<'c> {
         let names = columns.at.iter().chain(columns.left).chain(columns.sum).chain(&["end"]).chain(axes);
         let shown = names
             .map(|&name| {
-                let probe = sim.probe(name).unwrap_or_else(|e| panic!("{e}"));
-                let width = circuit.netlist.signal(circuit.netlist.find(name).unwrap()).width;
+                // a register that a circuit around an interpolator does not show is the interpolator's
+                let path = if circuit.netlist.find(name).is_some() { name.to_owned() } else { format!("core.{name}") };
+                let probe = sim.probe(&path).unwrap_or_else(|e| panic!("{e}"));
+                let width = circuit.netlist.signal(circuit.netlist.find(&path).unwrap()).width;
                 Shown { name, probe, mask: if width >= 64 { u64::MAX } else { (1 << width) - 1 } }
             })
             .collect();
