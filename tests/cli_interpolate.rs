@@ -87,6 +87,8 @@ fn comma_separated_values() {
     let rows: Vec<&str> = csv.lines().collect();
     assert_eq!((rows.len(), rows[0]), (9, "clock,step,x,y,xt,yt,kox,koy,f,end"));
     assert_eq!((rows[1], rows[8]), ("1,X,1,0,1,0,4,3,-3,0", "8,X,1,0,5,3,0,0,0,1"));
+    let offset = prints("ef-line --to 8,6 --offset 5 --side left --format csv");
+    assert!(offset.ends_with("14,X,1,0,5,10,0,0,0,1\n"), "{offset}");
     // no clock, no row
     assert_eq!(prints("ef-line --to 0,0 --format csv").lines().count(), 1);
 }
@@ -95,7 +97,7 @@ fn comma_separated_values() {
 fn json_for_programs() {
     let text = prints("ef-line --from 1,1 --to 3,2 --format json");
     let expected = json!({
-        "method": "ef-line", "from": [1, 1], "to": [3, 2], "bits": 8,
+        "method": "ef-line", "from": [1, 1], "to": [3, 2], "offset": null, "bits": 8,
         "columns": ["xt", "yt", "kox", "koy", "f"],
         "start": { "xt": 1, "yt": 1, "kox": 2, "koy": 1, "f": 0, "end": false },
         "clocks": [
@@ -120,6 +122,14 @@ fn steps() {
         ("ef-line --to 0,0", "\n"),
         ("ef-circle --from 5,0 --to 0,5", "XYYYXYXYXX\n"),
         ("ef-circle --from 0,5 --to 5,0 --cw", "YXXXYXYXYY\n"),
+        ("dda-circle --from 5,0 --to 0,5 --bits 3", "-Y-YY-D-D-XX-X\n"),
+        ("dda-circle --from 5,0 --to 0,5 --bits 3 --half-preload", "Y-YXY-D-XYX-X\n"),
+        ("dda-line --to 5,4 --bits 3", "-D-DXYXD\n"),
+        ("ef-line-fast --to 7,3", "XDXDXDX\n"),
+        ("ef-line --to -5,-3", "XYXYXXYX\n"),
+        ("ef-circle --from -2,3 --to -7,8 --center -7,3", "XYYYXYXYXX\n"),
+        // moved by 5 along the normal (−3, 4)/5: from (−3, 4) to (5, 10)
+        ("ef-line --to 8,6 --offset 5 --side left", "XYXYXYXXYXYXYX\n"),
         ("grossman --from 5,0 --to 0,5 --ccw", "XYYYXYXYXX\n"),
     ] {
         assert_eq!(prints(&format!("{line} --format steps")), expected, "{line}");
@@ -153,6 +163,12 @@ fn what_a_method_does_not_have_is_refused_by_name() {
     refused("ef-circle --from 5,0 --to 0,5 --centred", "ef-circle has no option --centred");
     refused("dda-line --to 5,3 --parallel", "dda-line has no option --parallel");
     refused("dda-line --to 5,3 --centred", "dda-line has no option --centred");
+    refused("dda-line --to 5,3 --conic 1,0,1,0,0,-25", "dda-line has no option --conic");
+    refused("ef-line --to 5,3 --normalise", "ef-line has no option --normalise");
+    refused("ef-line-3d --to 5,3,1 --offset 3 --side left", "ef-line-3d has no option --offset");
+    refused("ef-line --to 5,3 --offset 3", "--side");
+    refused("ef-line --to 5,3 --side left", "--offset");
+    refused("ef-line --to 5,3 --offset 3 --side top", "no side is called 'top'");
     refused("ef-line --to 5,3,1", "ef-line draws in the plane: write --to X,Y");
     refused("ef-circle --from 5,0,0 --to 0,5", "ef-circle draws in the plane: write --from X,Y");
     refused("ef-line-3d --to 5,3", "ef-line-3d draws in space: write --to X,Y,Z");
@@ -163,12 +179,14 @@ fn what_is_missing_or_cannot_be_drawn_is_refused() {
     refused("ef-line", "ef-line needs --to");
     refused("ef-circle --to 0,5", "ef-circle needs --from");
     refused("dda-circle --to 0,5", "dda-circle needs --from");
+    refused("dda-curve --from 5,0 --to 5,0", "dda-curve needs --conic");
+    refused("dda-curve --from 5,0 --to 5,0 --conic 1,2,3", "write it as six whole numbers");
     refused("ef-lin --to 5,3", "a similar value exists: 'ef-line'");
     refused("ef-line --to 5", "write it as two whole numbers, X,Y");
     refused("ef-line --to 99999999999,3", "is above 4294967295");
     refused("ef-line --to 256,3 --bits 8", "DX = 256 is above 255, the greatest of 8 bits");
     refused("ef-line --to 5,3 --bits 33", "registers of 33 bits");
     refused("ef-line --to 5,3 --bits 0", "registers of 0 bits");
-    refused("ef-line --from -9223372036854775808,0 --to 9223372036854775807,0", "too far");
+    refused("ef-line --from -9223372036854775808,0 --to 9223372036854775807,0", "is outside");
     refused("ef-circle --from 0,0 --to 0,0", "the radius is 0");
 }

@@ -144,6 +144,9 @@ fn pictures_are_well_formed_and_always_the_same() {
         "dda-circle --from 200,0 --to 0,200 --half-preload",
         "ef-line-3d --to 12,7,5",
         "ef-line --from 70000,70000 --to 70003,70001",
+        "ef-circle-fast --from -30,20 --to 30,20 --cw",
+        "ef-circle --from 45,5 --to 45,5 --center 5,5 --offset 6 --side left",
+        "dda-curve --from 100,0 --to 100,0 --conic 1,0,1,0,0,-10000 --parallel",
     ] {
         assert_eq!(svg(line), svg(line), "{line}");
     }
@@ -199,6 +202,7 @@ fn the_pictures_of_the_documentation_are_current() {
         ("ef_circle.svg", "ef-circle --from 10,0 --to 0,10"),
         ("dda_circle.svg", "dda-circle --from 10,0 --to 0,10 --bits 4 --parallel"),
         ("ef_line_3d.svg", "ef-line-3d --to 12,7,5"),
+        ("dda_curve.svg", "dda-curve --from 60,0 --to 60,0 --conic 1,1,1,0,0,-3600"),
     ] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/pictures").join(file);
         let picture = svg(line);

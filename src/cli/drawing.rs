@@ -93,7 +93,11 @@ pub fn title(request: &Request, axes: usize) -> String {
     if let Some(Offset { radius, side }) = request.offset {
         title += &format!(", {radius} BLU to the {side} of");
     }
-    format!("{title}: {} → {}", point(request.from, axes), point(request.to, axes))
+    let around = match request.center {
+        [0, 0] => String::new(),
+        [x, y] => format!(" around ({x}, {y})"),
+    };
+    format!("{title}: {} → {}{around}", point(request.from, axes), point(request.to, axes))
 }
 
 /// A point as it is printed.

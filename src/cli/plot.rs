@@ -94,7 +94,11 @@ fn of_method(method: Method, args: &PlotArgs) -> Result<Plotted, CliError> {
     }
     let stopped = interpolator.stopped().map(|s| s.to_string());
     let title = drawing::title(&request, axes);
-    let note = note(&recording, Some(bits), stopped.is_some());
+    let mut note = note(&recording, Some(bits), stopped.is_some());
+    if let Some(conic) = request.conic {
+        let conic: Vec<String> = conic.iter().map(i64::to_string).collect();
+        note = format!("A…F = {}; {note}", conic.join(", "));
+    }
     Ok(Plotted { title, note, ideal, recording, stopped })
 }
 

@@ -141,10 +141,27 @@ impl Picture<'_> {
         if !points.is_empty() {
             return points;
         }
-        let corners: Vec<[i64; 3]> = self.recording.corners().collect();
-        let every = corners.len().div_ceil(512).max(1);
-        let some = corners.iter().step_by(every).chain(corners.last());
-        some.map(|c| self.ideal.nearest(c.map(|v| v as f64))).filter(|p| p.iter().all(|v| v.is_finite())).collect()
+        let corners: Vec<[f64; 3]> = self.recording.corners().map(|c| c.map(|v| v as f64)).collect();
+        let apart = |a: [f64; 3], b: [f64; 3]| (a[0] - b[0]).abs().max((a[1] - b[1]).abs());
+        let length: f64 = corners.windows(2).map(|pair| apart(pair[0], pair[1])).sum();
+        let grain = (length / 512.0).max(0.5);
+        let mut points = Vec::new();
+        let mut since = grain;
+        for pair in corners.windows(2) {
+            // long straight runs have points within, short ones are passed over
+            let parts = (apart(pair[0], pair[1]) / grain).ceil().max(1.0) as u32;
+            for i in 0..parts {
+                if since >= grain {
+                    points.push(
+                        [0, 1, 2].map(|a| pair[0][a] + (pair[1][a] - pair[0][a]) * f64::from(i) / f64::from(parts)),
+                    );
+                    since = 0.0;
+                }
+                since += apart(pair[0], pair[1]) / f64::from(parts) + 1e-9;
+            }
+        }
+        points.extend(corners.last());
+        points.into_iter().map(|p| self.ideal.nearest(p)).filter(|p| p.iter().all(|v| v.is_finite())).collect()
     }
 
     /// Frames for the views side by side, at one scale, the same along both axes.
