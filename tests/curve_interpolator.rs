@@ -3,8 +3,9 @@
 
 mod support;
 
-use discreta::interpolate::{CurveInput, DdaCurve, Ideal, Interpolator, Options};
+use discreta::interpolate::{CurveInput, DdaCurve, Ideal, Interpolator, Options, Printed, Stopped};
 use support::Rng;
+use support::bench::{Bench, circuit};
 
 /// A number from −n to n.
 fn around(rng: &mut Rng, n: i64) -> i64 {
@@ -79,7 +80,7 @@ const WITHIN: [(&str, [f64; 4]); 6] = [
     ("circle", [1.75, 1.07, 3.65, 3.53]),
     ("ellipse", [5.49, 6.19, 4.45, 3.20]),
     ("parabola", [8.35, 12.26, 8.21, 1.09]),
-    ("hyperbola", [5.35, 1.66, 5.35, 1.07]),
+    ("hyperbola", [5.35, 1.66, 5.35, 1.09]),
     ("any", [3.47, 3.24, 3.97, 3.43]),
 ];
 
@@ -111,4 +112,96 @@ fn every_kind_of_curve_gets_to_its_end() {
     }
     // they have drifted by the end point, and say so
     assert!(stopped.len() == 5 && stopped.iter().all(|s| s.0 != "line" && s.0 != "circle"), "{stopped:?}");
+}
+
+const REGISTERS: &str = "circuits/dda/curve.json";
+
+/// How often the circuit did what.
+#[derive(Debug, Default, PartialEq, Eq)]
+struct Count {
+    ended: usize,
+    overflows: usize,
+    watchdogs: usize,
+    clocks: u64,
+}
+
+/// Draws curves one after another, all clockwise or none, in a circuit and by the algorithm.
+fn follow(path: &str, inputs: &[CurveInput], setting: (bool, bool), printed: Printed, count: &mut Count) {
+    let parameters = [
+        ("W", i64::from(inputs[0].bits)),
+        ("CLOCKWISE", i64::from(inputs[0].clockwise)),
+        ("PARALLEL", i64::from(setting.0)),
+        ("HALF_PRELOAD", i64::from(setting.1)),
+        ("PRINTED_SIGNS", i64::from(printed.signs)),
+        ("PRINTED_BY", i64::from(printed.by)),
+    ];
+    let circuit = circuit(path, &parameters);
+    let algorithm = |input| DdaCurve::with_misprints(input, &options(setting), printed).unwrap();
+    let mut bench = Bench::new(&circuit, algorithm(inputs[0]).columns());
+    let names = ["a", "b", "c", "d", "e", "xh", "yh", "xk", "yk", "limit", "last"];
+    let ports = names.map(|name| bench.input(name));
+    for &input in inputs {
+        let course = input.course().unwrap();
+        let values = input.coefficients[..5].iter().chain(&input.start).chain(&input.end).map(|&v| v as u64);
+        let values = values.chain([course.limit, course.last]);
+        let set: Vec<_> = ports.into_iter().zip(values).collect();
+        let mut curve = algorithm(input);
+        bench.draw(&set, &mut curve).unwrap_or_else(|fault| panic!("{path} {parameters:?}: {input:?}, {fault}"));
+        *match curve.stopped() {
+            None => &mut count.ended,
+            Some(Stopped::Overflow { .. }) => &mut count.overflows,
+            Some(_) => &mut count.watchdogs,
+        } += 1;
+    }
+    count.clocks += bench.clocks;
+}
+
+/// Both directions, sequential and parallel, with and without half preload.
+fn follow_all(path: &str, bits: u32, curves: usize) -> Count {
+    let mut count = Count::default();
+    let mut rng = Rng::new(u64::from(bits));
+    let inputs: Vec<_> = WITHIN
+        .iter()
+        .flat_map(|(kind, _)| (0..curves).map(|_| random(&mut rng, kind, bits)).collect::<Vec<_>>())
+        .collect();
+    for clockwise in [false, true] {
+        let inputs: Vec<_> = inputs.iter().copied().filter(|i| i.clockwise == clockwise).collect();
+        for setting in SETTINGS {
+            follow(path, &inputs, setting, Printed::default(), &mut count);
+        }
+    }
+    println!("{path}, {bits} bits: {count:?}");
+    count
+}
+
+#[test]
+fn the_circuit_agrees_on_every_clock() {
+    for (bits, curves) in [(4, 40), (5, 40), (6, 30), (8, 12)] {
+        assert!(follow_all(REGISTERS, bits, curves).ended >= 6 * 4 * curves * 9 / 10);
+    }
+}
+
+#[test]
+fn the_circuit_agrees_in_other_widths() {
+    follow_all(REGISTERS, 11, 1);
+}
+
+/// With the misprints the paths run off, up to an overflow or the watchdog.
+#[test]
+fn the_circuit_agrees_as_printed() {
+    let (mut count, mut rng) = (Count::default(), Rng::new(0));
+    let mut inputs = Vec::new();
+    for (kind, _) in WITHIN {
+        inputs.extend((0..20).map(|_| random(&mut rng, kind, 6)));
+    }
+    for printed in
+        [Printed { signs: true, by: true }, Printed { signs: true, by: false }, Printed { signs: false, by: true }]
+    {
+        for clockwise in [false, true] {
+            let inputs: Vec<_> = inputs.iter().copied().filter(|i| i.clockwise == clockwise).collect();
+            follow(REGISTERS, &inputs, (false, false), printed, &mut count);
+        }
+    }
+    println!("{count:?}");
+    assert!(count.overflows > 100 && count.watchdogs > 0, "{count:?}");
 }

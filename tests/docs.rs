@@ -41,7 +41,7 @@ fn kind(parameter: &Parameter) -> String {
         Kind::Integer { min, max } => format!("integer, {min} to {max}"),
         Kind::Word(words) => words.iter().map(|w| format!("`\"{w}\"`")).collect::<Vec<_>>().join(" or "),
         Kind::Value => "value of `width` bits".into(),
-        Kind::Quantity => "positive quantity, SI prefix allowed".into(),
+        Kind::Quantity => "positive quantity: a number, SI prefix allowed, or an expression".into(),
     }
 }
 

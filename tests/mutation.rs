@@ -20,7 +20,11 @@ use support::{Rng, folder, repository};
 const EACH: usize = 12;
 
 /// Mutants that no proof can notice: circuit, change, and why it is no fault.
-const SURVIVORS: &[(&str, &str, &str)] = &[];
+const SURVIVORS: &[(&str, &str, &str)] = &[(
+    "dda/line.json",
+    "/modules/line/cells/and_x/connections/in/1 <-> /modules/line/cells/p2/connections/clk",
+    "a line's carries are never more than its increment, so allow_x holds none back; p2 loads by start, not by clk",
+)];
 
 /// What an element, edge or priority becomes.
 const OPPOSITES: &[(&str, &str)] = &[

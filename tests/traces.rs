@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use discreta::interpolate::{
-    ArcInput, DdaLine3d, EfCircle, EfCirclePrinted, EfLine, EfLine3d, Interpolator, Karibsky, KaribskyPrinted,
-    Line3dInput, LineInput,
+    ArcInput, CurveInput, DdaCircle, DdaCurve, DdaLine, DdaLine3d, EfCircle, EfCirclePrinted, EfLine, EfLine3d,
+    Interpolator, Karibsky, KaribskyPrinted, Line3dInput, LineInput, Options, Printed,
 };
 use vcd::{IdCode, ScopeItem, Value};
 
@@ -20,10 +20,15 @@ type Start = fn(&dyn Fn(&str) -> i64) -> Box<dyn Interpolator>;
 
 /// The algorithms, by how the path of a trace below `traces/` begins. The first that fits is taken.
 const ALGORITHMS: &[(&str, Start)] = &[
-    ("evaluation/line_", |net| {
-        let input = LineInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), bits: 8 };
-        Box::new(EfLine::new(input).unwrap())
-    }),
+    ("evaluation/line_", |net| Box::new(EfLine::new(line(net, 8)).unwrap())),
+    ("dda/line_half_", |net| dda_line(net, 3, Options { half_preload: true, ..Options::default() })),
+    ("dda/line_normalised_", |net| dda_line(net, 8, Options { normalise: true, ..Options::default() })),
+    ("dda/line_", |net| dda_line(net, 3, Options::default())),
+    ("dda/circle_half_", |net| dda_circle(net, 3, false, Options { half_preload: true, ..Options::default() })),
+    ("dda/circle_parallel_", |net| dda_circle(net, 3, false, Options { parallel: true, ..Options::default() })),
+    ("dda/circle_normalised_", |net| dda_circle(net, 6, false, Options { normalise: true, ..Options::default() })),
+    ("dda/circle_clockwise_", |net| dda_circle(net, 3, true, Options::default())),
+    ("dda/circle_", |net| dda_circle(net, 3, false, Options::default())),
     ("evaluation/circle_as_printed_", |net| Box::new(EfCirclePrinted::new(arc(net, false)).unwrap())),
     ("evaluation/circle_cw_", |net| Box::new(EfCircle::new(arc(net, true)).unwrap())),
     ("evaluation/circle_gates_cw_", |net| Box::new(EfCircle::new(arc(net, true)).unwrap())),
@@ -32,13 +37,50 @@ const ALGORITHMS: &[(&str, Start)] = &[
     ("evaluation/karibsky_cw_", |net| Box::new(Karibsky::new(arc(net, true)).unwrap())),
     ("evaluation/karibsky_gates_cw_", |net| Box::new(Karibsky::new(arc(net, true)).unwrap())),
     ("evaluation/karibsky_", |net| Box::new(Karibsky::new(arc(net, false)).unwrap())),
+    ("dda/curve_parallel_", |net| curve(net, false, (true, false), Printed::default())),
+    ("dda/curve_half_", |net| curve(net, false, (false, true), Printed::default())),
+    ("dda/curve_clockwise_", |net| curve(net, true, (false, false), Printed::default())),
+    ("dda/curve_printed_", |net| curve(net, false, (false, false), Printed { signs: true, by: true })),
+    ("dda/curve_by_", |net| curve(net, false, (false, false), Printed { signs: false, by: true })),
+    ("dda/curve_", |net| curve(net, false, (false, false), Printed::default())),
     ("three_axis/line_", |net| Box::new(EfLine3d::new(line_3d(net, 8)).unwrap())),
     ("three_axis/dda_line_half_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), true).unwrap())),
     ("three_axis/dda_line_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), false).unwrap())),
 ];
 
+fn line(net: &dyn Fn(&str) -> i64, bits: u32) -> LineInput {
+    LineInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), bits }
+}
+
+fn dda_line(net: &dyn Fn(&str) -> i64, bits: u32, options: Options) -> Box<dyn Interpolator> {
+    Box::new(DdaLine::new(line(net, bits), &options).unwrap())
+}
+
+fn dda_circle(net: &dyn Fn(&str) -> i64, bits: u32, clockwise: bool, options: Options) -> Box<dyn Interpolator> {
+    let input = ArcInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), f0: 0, clockwise, bits };
+    Box::new(DdaCircle::new(input, &options).unwrap())
+}
+
 fn line_3d(net: &dyn Fn(&str) -> i64, bits: u32) -> Line3dInput {
     Line3dInput { start: ["xh", "yh", "zh"].map(net), increment: ["dx", "dy", "dz"].map(net), bits }
+}
+
+/// A curve through the start point, whose coefficients have 7 bits and whose coordinates 6, in two's complement.
+fn curve(
+    net: &dyn Fn(&str) -> i64,
+    clockwise: bool,
+    (parallel, half_preload): (bool, bool),
+    printed: Printed,
+) -> Box<dyn Interpolator> {
+    let coefficient = |name| net(name) << 57 >> 57;
+    let coordinate = |name| net(name) << 58 >> 58;
+    let mut coefficients = [0; 6];
+    coefficients[..5].copy_from_slice(&["a", "b", "c", "d", "e"].map(coefficient));
+    let [start, end] = [["xh", "yh"], ["xk", "yk"]].map(|point| point.map(coordinate));
+    let mut input = CurveInput { coefficients, start, end, clockwise, bits: 6 };
+    input.coefficients[5] = -input.value(start) as i64;
+    let options = Options { parallel, half_preload, ..Options::default() };
+    Box::new(DdaCurve::with_misprints(input, &options, printed).unwrap())
 }
 
 /// What the inputs of an arc's circuit say; `f0` has 10 bits in two's complement.
@@ -49,7 +91,7 @@ fn arc(net: &dyn Fn(&str) -> i64, clockwise: bool) -> ArcInput {
 
 /// Traces of circuits that are no interpolators, or fail as they are to; each has a test of its own elsewhere, or its
 /// scenario says what is to come of it.
-const OTHERS: &[&str] = &["evaluation/circle_worded"];
+const OTHERS: &[&str] = &["evaluation/circle_worded", "feed/"];
 
 /// What the nets show, by their names; nothing while a bit is unknown.
 type Nets = HashMap<String, Option<u64>>;

@@ -22,6 +22,7 @@ pub mod run;
 pub mod schema;
 pub mod stats;
 pub mod test;
+mod timing;
 
 use std::process::ExitCode;
 

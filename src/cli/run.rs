@@ -8,7 +8,7 @@ use serde_json::{Value as Json, json};
 use super::args::{EngineArgs, Format, RunArgs, XControl};
 use super::prepare::{Changes, Prepared, cycles, prepare};
 use super::progress::Progress;
-use super::{CliError, Out, Status, interrupt};
+use super::{CliError, Out, Status, interrupt, timing};
 use crate::Value;
 use crate::circuit::{Limits, Loader};
 use crate::diag::{Code, Diagnostic, Diagnostics};
@@ -204,7 +204,7 @@ fn unsettled(prepared: &Prepared, u: &Unsettled) -> Diagnostic {
 }
 
 /// A tick with its unit.
-fn time(netlist: &Netlist, ticks: u64) -> String {
+pub(super) fn time(netlist: &Netlist, ticks: u64) -> String {
     let t = netlist.timescale();
     format!("{} {}", u128::from(ticks) * u128::from(t.count()), t.unit().as_str())
 }
@@ -230,7 +230,8 @@ pub(super) struct Report<'a> {
 impl Report<'_> {
     /// Whether the run did what it should.
     pub fn status(&self) -> Status {
-        Status::of(self.reason_is_good() && self.outcome.failures.is_empty())
+        let held = timing::hold(self.prepared, self.outcome);
+        Status::of(self.reason_is_good() && self.outcome.failures.is_empty() && held)
     }
 
     fn reason_is_good(&self) -> bool {
@@ -290,6 +291,9 @@ impl Report<'_> {
         let more = self.outcome.outputs.len().saturating_sub(outputs.len());
         if more > 0 {
             text += &format!("  and {more} more outputs (-v shows them)\n");
+        }
+        if let Some(line) = timing::summary(self.prepared, self.outcome) {
+            text += &format!("  {line}\n");
         }
         if verbose {
             text += &format!(
@@ -360,7 +364,7 @@ impl Report<'_> {
         })
     }
 
-    /// Failed expectations with their places.
+    /// Failed expectations and violated timing checks with their places.
     pub fn diagnostics(&self) -> Diagnostics {
         let netlist = &self.prepared.circuit.netlist;
         let mut told = Diagnostics::new();
@@ -394,10 +398,24 @@ impl Report<'_> {
                     ),
                     "expected here",
                 ),
+                (Rule::Violated { check, count, first }, Found::Violations(n, found)) => {
+                    let check = &self.prepared.scenario.checks[*check];
+                    let at = |t: &Option<u64>| t.map_or(String::new(), |t| format!(", first at {}", time(netlist, t)));
+                    let found = match n {
+                        0 => "never violated".to_owned(),
+                        n => format!("violated {}{}", timing::times(*n), at(found)),
+                    };
+                    let expected = count.map_or_else(|| "at least once".to_owned(), timing::times);
+                    (
+                        format!("the timing check `{}` was {found}; expected: {expected}{}", check.name, at(first)),
+                        "expected here",
+                    )
+                }
                 _ => continue,
             };
             told.push(Diagnostic::new(Code::Expectation, message).at(e.span, label));
         }
+        told.extend(timing::diagnostics(self.prepared, self.outcome));
         told
     }
 
@@ -426,6 +444,7 @@ impl Report<'_> {
             "timescale": netlist.timescale().to_string(),
             "clocks": cycles(&self.prepared.scenario, self.outcome.time),
             "outputs": outputs,
+            "checks": timing::to_json(self.prepared, self.outcome, &self.loader.sources),
             "failures": self.diagnostics().to_json(&self.loader.sources),
             "unknown_controls": unknown,
             "events": self.outcome.events,

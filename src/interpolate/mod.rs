@@ -9,6 +9,7 @@
 pub mod clock;
 pub mod dda;
 pub mod evaluation;
+pub mod feed;
 pub mod ideal;
 pub mod input;
 pub mod method;

@@ -4,10 +4,11 @@ use std::collections::HashSet;
 
 use globset::{GlobBuilder, GlobSet, GlobSetBuilder};
 
+use super::check::TimingCheck;
 use super::file::{Clock, Edge, Expect, Limit, Simulation, Stimulus, Until, ValueText};
 use crate::Value;
 use crate::cell::CellKind;
-use crate::circuit::{Circuit, Name};
+use crate::circuit::{Circuit, Expr, Name};
 use crate::diag::{Code, Diagnostic, Diagnostics, Span};
 use crate::json::{Recover, Spanned};
 use crate::netlist::{Driver, NetId, Netlist, SignalId};
@@ -31,6 +32,15 @@ pub enum Rule {
     Value(Option<u64>, Value),
     /// Bit 0 rose from 0 to 1 so many times.
     Pulses(u64),
+    /// A timing check was violated.
+    Violated {
+        /// Its number in [`Scenario::checks`]; the signal of the expectation is its net.
+        check: usize,
+        /// How many times; none: at least once.
+        count: Option<u64>,
+        /// The tick of the first violation, if that matters.
+        first: Option<u64>,
+    },
 }
 
 /// An expectation.
@@ -74,7 +84,9 @@ pub struct Scenario {
     pub limit_fails: bool,
     /// The signals that a waveform holds, in the order of the netlist.
     pub trace: Vec<SignalId>,
-    /// What must hold.
+    /// Timing checks: what must hold at every tick.
+    pub checks: Vec<TimingCheck>,
+    /// What must hold at the end or at one tick.
     pub expect: Vec<Expectation>,
 }
 
@@ -88,6 +100,7 @@ impl Simulation {
         merged.inputs.retain(|name, _| !self.clocks.contains_key(name));
         merged.clocks.extend(self.clocks.clone());
         merged.inputs.extend(self.inputs.clone());
+        merged.checks.extend(self.checks.clone());
         let Simulation { stimulus, until, limit, trace, expect, .. } = self.clone();
         merged.stimulus = stimulus.or(merged.stimulus);
         merged.until = until.or(merged.until);
@@ -99,6 +112,12 @@ impl Simulation {
 }
 
 impl Scenario {
+    /// Whether an expectation says that a timing check is violated.
+    #[must_use]
+    pub fn expects(&self, check: usize) -> bool {
+        self.expect.iter().any(|e| matches!(e.rule, Rule::Violated { check: c, .. } if c == check))
+    }
+
     /// Resolves a scenario against a circuit; every fault goes into `diagnostics`. What is faulty is left out.
     #[must_use]
     pub fn resolve(circuit: &Circuit, simulation: &Simulation, diagnostics: &mut Diagnostics) -> Scenario {
@@ -142,8 +161,12 @@ impl Scenario {
         scenario.limit_given = limit.is_some();
         scenario.limit_fails = scenario.until.is_some();
         scenario.trace = r.trace(simulation.trace.as_deref());
+        for (name, check) in &simulation.checks {
+            let Some(check) = check.as_ref() else { continue };
+            scenario.checks.extend(TimingCheck::resolve(&mut r, name, check));
+        }
         for expect in simulation.expect.iter().flatten().filter_map(Recover::as_ref) {
-            scenario.expect.extend(r.expect(expect));
+            scenario.expect.extend(r.expect(expect, simulation, &scenario.checks));
         }
         // what is faulty may be what drives them
         let whole = simulation.clocks.values().all(|c| c.as_ref().is_some())
@@ -155,7 +178,8 @@ impl Scenario {
     }
 }
 
-struct Resolver<'a> {
+/// Looks names up and computes times, telling of what is faulty.
+pub(super) struct Resolver<'a> {
     circuit: &'a Circuit,
     netlist: &'a Netlist,
     diagnostics: &'a mut Diagnostics,
@@ -166,7 +190,24 @@ impl Resolver<'_> {
         result.map_err(|d| self.diagnostics.push(d)).ok()
     }
 
-    fn signal(&mut self, name: &Name) -> Option<SignalId> {
+    /// Tells of a fault, where a result was wanted.
+    pub fn fault<T>(&mut self, fault: Diagnostic) -> Option<T> {
+        self.diagnostics.push(fault);
+        None
+    }
+
+    /// The bits of a signal.
+    pub fn width(&self, signal: SignalId) -> u32 {
+        self.netlist.signal(signal).width
+    }
+
+    /// The value of an expression.
+    pub fn number(&mut self, expr: &Expr) -> Option<i64> {
+        self.ok(expr.eval(&self.circuit.parameters))
+    }
+
+    /// The signal of a name.
+    pub fn signal(&mut self, name: &Name) -> Option<SignalId> {
         let found = self.netlist.find(name);
         if found.is_none() {
             let all: Vec<String> = self.netlist.signal_ids().map(|s| self.netlist.signal_path(s)).collect();
@@ -199,7 +240,8 @@ impl Resolver<'_> {
         self.ok(text.value(width))
     }
 
-    fn ticks(&mut self, time: &super::TimeText) -> Option<u64> {
+    /// A time in ticks.
+    pub fn ticks(&mut self, time: &super::TimeText) -> Option<u64> {
         self.ok(time.ticks(self.netlist.timescale(), &self.circuit.parameters))
     }
 
@@ -359,8 +401,53 @@ impl Resolver<'_> {
         self.netlist.signal_ids().filter(|s| chosen.contains(&s.index())).collect()
     }
 
-    fn expect(&mut self, expect: &Expect) -> Option<Expectation> {
-        let signal = self.signal(&expect.net)?;
+    /// A number of times.
+    fn count(&mut self, expr: &Expr, what: &str) -> Option<u64> {
+        let n = self.number(expr)?;
+        let Ok(n) = u64::try_from(n) else {
+            let message = format!("there cannot be {n} {what}");
+            return self.fault(Diagnostic::new(Code::BadScenario, message).at(expr.span(), ""));
+        };
+        Some(n)
+    }
+
+    /// A violation that is expected; `checks` are those without a fault.
+    fn violated(
+        &mut self,
+        name: &Name,
+        expect: &Expect,
+        simulation: &Simulation,
+        checks: &[TimingCheck],
+    ) -> Option<Expectation> {
+        if !simulation.checks.contains_key(name.value.as_str()) {
+            let names = simulation.checks.keys().map(|n| n.value.as_str());
+            let message = format!("the scenario has no timing check `{}`", name.value);
+            let fault = Diagnostic::new(Code::UnknownCheck, message).at(name.span, "not among its `checks`");
+            return self.fault(fault.did_you_mean(name, names));
+        }
+        let count = match &expect.violations {
+            Some(n) => Some(self.count(n, "violations")?),
+            None => None,
+        };
+        let first = match &expect.at {
+            Some(at) => Some(self.ticks(at)?),
+            None => None,
+        };
+        if let (Some(0), Some(_), Some(violations)) = (count, first, &expect.violations) {
+            let fault = Diagnostic::new(Code::BadScenario, "without a violation there is no time of the first");
+            return self.fault(fault.at(violations.span(), "1 or more, or leave out `at`"));
+        }
+        let check = checks.iter().position(|c| c.name == name.value)?;
+        let span = expect.violations.as_ref().map_or(name.span, Expr::span);
+        Some(Expectation { signal: checks[check].net, rule: Rule::Violated { check, count, first }, span })
+    }
+
+    fn expect(&mut self, expect: &Expect, simulation: &Simulation, checks: &[TimingCheck]) -> Option<Expectation> {
+        if let Some(name) = &expect.check {
+            return self.violated(name, expect, simulation, checks);
+        }
+        let net = expect.net.as_ref()?;
+        let signal = self.signal(net)?;
         let width = self.netlist.signal(signal).width;
         let rule = if let Some(value) = &expect.value {
             let at = match &expect.at {
@@ -369,17 +456,9 @@ impl Resolver<'_> {
             };
             Rule::Value(at, self.value(value, width)?)
         } else {
-            let pulses = expect.pulses.as_ref()?;
-            let n = self.ok(pulses.eval(&self.circuit.parameters))?;
-            let Ok(n) = u64::try_from(n) else {
-                self.diagnostics.push(
-                    Diagnostic::new(Code::BadScenario, format!("there cannot be {n} pulses")).at(pulses.span(), ""),
-                );
-                return None;
-            };
-            Rule::Pulses(n)
+            Rule::Pulses(self.count(expect.pulses.as_ref()?, "pulses")?)
         };
-        let span = expect.value.as_ref().map_or(expect.net.span, ValueText::span);
+        let span = expect.value.as_ref().map_or(net.span, ValueText::span);
         Some(Expectation { signal, rule, span })
     }
 

@@ -4,6 +4,7 @@
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::check::{CheckReport, Checker};
 use super::resolve::{Rule, Scenario};
 use crate::Value;
 use crate::engine::{Engine, UnknownControl, Unsettled};
@@ -44,6 +45,8 @@ pub enum Found {
     Value(Value),
     /// Another number of pulses.
     Pulses(u64),
+    /// Other violations of a timing check: how many, and the tick of the first.
+    Violations(u64, Option<u64>),
     /// The run ended before the time.
     EndedBefore,
 }
@@ -59,6 +62,8 @@ pub struct Outcome {
     pub events: u64,
     /// Expectations that did not come true.
     pub failures: Vec<Failure>,
+    /// How the timing checks went, in the order of the scenario.
+    pub checks: Vec<CheckReport>,
     /// Where x or z reached a control.
     pub unknown_controls: Vec<UnknownControl>,
     /// The last values of the circuit's outputs, in order.
@@ -110,6 +115,8 @@ struct Count {
 /// The signals that are watched, and those that each net is part of.
 struct Watch<'n> {
     netlist: &'n Netlist,
+    /// The timing checks, if there are any.
+    checker: Option<Checker<'n>>,
     traced: Vec<SignalId>,
     /// For each net the first of its traced signals in `members`, and one past the last.
     start: Vec<u32>,
@@ -121,7 +128,7 @@ struct Watch<'n> {
 }
 
 impl<'n> Watch<'n> {
-    fn new(netlist: &'n Netlist, scenario: &Scenario, tracing: bool, engine: &mut dyn Engine) -> Watch<'n> {
+    fn new(netlist: &'n Netlist, scenario: &'n Scenario, tracing: bool, engine: &mut dyn Engine) -> Watch<'n> {
         let traced = if tracing { scenario.trace.clone() } else { Vec::new() };
         let mut start = vec![0u32; netlist.nets().len() + 1];
         for &signal in &traced {
@@ -144,19 +151,18 @@ impl<'n> Watch<'n> {
                 counts.push(Count { signal: e.signal, low: false, pulses: 0 });
             }
         }
-        let watched =
-            traced.iter().copied().chain(scenario.until.iter().map(|u| u.0)).chain(counts.iter().map(|c| c.signal));
+        let checker = (!scenario.checks.is_empty()).then(|| Checker::new(&scenario.checks));
+        let watched = traced.iter().copied().chain(scenario.until.iter().map(|u| u.0));
+        let watched = watched.chain(counts.iter().map(|c| c.signal)).chain(checker.iter().flat_map(Checker::signals));
         for signal in watched {
             netlist.bits(signal).iter().for_each(|s| engine.observe(s.net));
         }
         let widest = netlist.signals().iter().map(|s| words(s.width)).max().unwrap_or(1);
-        Watch { netlist, traced, start, members, counts, buffer: vec![Word::ZERO; widest], first: true }
+        Watch { netlist, checker, traced, start, members, counts, buffer: vec![Word::ZERO; widest], first: true }
     }
 
     fn read(&mut self, engine: &dyn Engine, signal: SignalId) -> &[Word] {
-        let n = words(self.netlist.signal(signal).width);
-        read_bits(engine, self.netlist.bits(signal), &mut self.buffer[..n]);
-        &self.buffer[..n]
+        read(self.netlist, engine, signal, &mut self.buffer)
     }
 
     fn value(&mut self, engine: &dyn Engine, signal: SignalId) -> Value {
@@ -192,6 +198,9 @@ impl<'n> Watch<'n> {
             // a pulse is from a known 0 to a known 1
             count.pulses += u64::from(count.low && bit.is_one());
             count.low = bit.is_zero();
+        }
+        if let Some(checker) = &mut self.checker {
+            checker.look(self.netlist, engine, &mut self.buffer);
         }
         engine.clear_changes();
         Ok(())
@@ -232,6 +241,7 @@ pub fn run(
         time: 0,
         events: 0,
         failures: Vec::new(),
+        checks: Vec::new(),
         unknown_controls: Vec::new(),
         outputs: Vec::new(),
     };
@@ -245,6 +255,7 @@ pub fn run(
         sink.finish(outcome.time)?;
     }
     outcome.stop = end?;
+    outcome.checks = watch.checker.take().map_or_else(Vec::new, |c| c.finish(outcome.time));
     for (i, e) in scenario.expect.iter().enumerate() {
         let found = match &e.rule {
             Rule::Value(None, expected) => {
@@ -254,6 +265,13 @@ pub fn run(
             Rule::Pulses(expected) => {
                 let pulses = watch.counts.iter().find(|c| c.signal == e.signal).map_or(0, |c| c.pulses);
                 (pulses != *expected).then_some(Found::Pulses(pulses))
+            }
+            Rule::Violated { check, count, first } => {
+                let report = &outcome.checks[*check];
+                let found = report.first.first().map(|v| v.time);
+                let as_expected =
+                    count.map_or(report.count > 0, |n| report.count == n) && (first.is_none() || found == *first);
+                (!as_expected).then_some(Found::Violations(report.count, found))
             }
         };
         outcome.failures.extend(found.map(|found| Failure { expectation: i, found }));
@@ -328,6 +346,13 @@ fn instants(
         }
         (control.progress)(now);
     }
+}
+
+/// The present value of a signal, in a buffer that holds the widest.
+pub(super) fn read<'b>(netlist: &Netlist, engine: &dyn Engine, signal: SignalId, buffer: &'b mut [Word]) -> &'b [Word] {
+    let n = words(netlist.signal(signal).width);
+    read_bits(engine, netlist.bits(signal), &mut buffer[..n]);
+    &buffer[..n]
 }
 
 fn drive(engine: &mut dyn Engine, net: crate::netlist::NetId, value: &Value) {

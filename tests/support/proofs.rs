@@ -2,8 +2,8 @@
 
 use discreta::circuit::Circuit;
 use discreta::interpolate::{
-    ArcInput, DdaLine3d, EfCircle, EfCircleFast, EfLine, EfLine3d, EfLineFast, EfLineFastPrinted, Interpolator,
-    Karibsky, Line3dInput, LineInput,
+    ArcInput, Clock, Columns, CurveInput, DdaCircle, DdaCurve, DdaLine, DdaLine3d, EfCircle, EfCircleFast, EfLine,
+    EfLine3d, EfLineFast, EfLineFastPrinted, Interpolator, Karibsky, Line3dInput, LineInput, Options,
 };
 
 use super::bench::Bench;
@@ -58,10 +58,57 @@ pub const PROOFS: &[Proof] = &[
     Proof { path: "evaluation/karibsky.json", parameters: CLOCKWISE, cases: clockwise_karibsky },
     Proof { path: "evaluation/karibsky_gates.json", parameters: COUNTER_CLOCKWISE, cases: karibsky },
     Proof { path: "evaluation/karibsky_gates.json", parameters: CLOCKWISE, cases: clockwise_karibsky },
+    Proof { path: "dda/curve.json", parameters: &[("W", 5)], cases: curves },
     Proof { path: "three_axis/line.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/line_gates.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/dda_line.json", parameters: &[("W", 2)], cases: dda_lines_3d },
     Proof { path: "three_axis/dda_line_gates.json", parameters: &[("W", 2)], cases: dda_lines_3d },
+    Proof { path: "dda/line.json", parameters: &[("W", 3)], cases: || dda_lines(PLAIN) },
+    Proof {
+        path: "dda/line.json",
+        parameters: &[("W", 3), ("HALF", 1), ("NORMALISE", 1)],
+        cases: || dda_lines(HALF_NORMALISED),
+    },
+    Proof { path: "dda/circle.json", parameters: COUNTER_CLOCKWISE, cases: || dda_circles(false, PLAIN) },
+    Proof { path: "dda/circle.json", parameters: CLOCKWISE, cases: || dda_circles(true, PLAIN) },
+    Proof {
+        path: "dda/circle.json",
+        parameters: &[("W", 3), ("HALF", 1), ("PARALLEL", 1)],
+        cases: || dda_circles(false, Options { half_preload: true, parallel: true, ..PLAIN }),
+    },
+    Proof {
+        path: "dda/circle.json",
+        parameters: &[("W", 3), ("HALF", 1), ("NORMALISE", 1)],
+        cases: || dda_circles(false, HALF_NORMALISED),
+    },
+    Proof {
+        path: "dda/circle.json",
+        parameters: &[("W", 3), ("CLOCKWISE", 1), ("NORMALISE", 1)],
+        cases: || dda_circles(true, Options { normalise: true, ..PLAIN }),
+    },
+    Proof { path: "dda/line_gates.json", parameters: &[("W", 3)], cases: || dda_lines(PLAIN) },
+    Proof {
+        path: "dda/line_gates.json",
+        parameters: &[("W", 3), ("HALF", 1), ("NORMALISE", 1)],
+        cases: || dda_lines(HALF_NORMALISED),
+    },
+    Proof { path: "dda/circle_gates.json", parameters: COUNTER_CLOCKWISE, cases: || dda_circles(false, PLAIN) },
+    Proof { path: "dda/circle_gates.json", parameters: CLOCKWISE, cases: || dda_circles(true, PLAIN) },
+    Proof {
+        path: "dda/circle_gates.json",
+        parameters: &[("W", 3), ("HALF", 1), ("PARALLEL", 1)],
+        cases: || dda_circles(false, Options { half_preload: true, parallel: true, ..PLAIN }),
+    },
+    Proof {
+        path: "dda/circle_gates.json",
+        parameters: &[("W", 3), ("HALF", 1), ("NORMALISE", 1)],
+        cases: || dda_circles(false, HALF_NORMALISED),
+    },
+    Proof {
+        path: "dda/circle_gates.json",
+        parameters: &[("W", 3), ("CLOCKWISE", 1), ("NORMALISE", 1)],
+        cases: || dda_circles(true, Options { normalise: true, ..PLAIN }),
+    },
 ];
 
 const COUNTER_CLOCKWISE: &[(&str, i64)] = &[("W", 3), ("CLOCKWISE", 0)];
@@ -161,4 +208,83 @@ fn ef_lines_3d() -> Vec<Case> {
 
 fn dda_lines_3d() -> Vec<Case> {
     lines_3d(|input| Box::new(DdaLine3d::new(input, false).unwrap()))
+}
+
+const PLAIN: Options =
+    Options { as_printed: false, half_preload: false, parallel: false, normalise: false, centred: false };
+const HALF_NORMALISED: Options = Options { half_preload: true, normalise: true, ..PLAIN };
+
+/// An interpolator by differential increments, whose number of shifts is compared also where it is 0 throughout.
+struct WithShifts<I>(I);
+
+impl<I: Interpolator> Iterator for WithShifts<I> {
+    type Item = Clock;
+
+    fn next(&mut self) -> Option<Clock> {
+        self.0.next()
+    }
+}
+
+impl<I: Interpolator> Interpolator for WithShifts<I> {
+    fn state(&self) -> Clock {
+        self.0.state()
+    }
+
+    fn columns(&self) -> Columns {
+        Columns::DDA_NORMALISED
+    }
+}
+
+fn dda_lines(options: Options) -> Vec<Case> {
+    lines(|input| Box::new(WithShifts(DdaLine::new(input, &options).unwrap())))
+}
+
+/// Every arc of 3 bits that is not refused.
+fn dda_circles(clockwise: bool, options: Options) -> Vec<Case> {
+    let points = || (0..8).flat_map(|x| (0..8).map(move |y| (x, y)));
+    let inputs = points().flat_map(|from| points().map(move |to| ArcInput::between(from, to, clockwise, 3)));
+    let cases = inputs.filter_map(|input| {
+        let circle = DdaCircle::new(input, &options).ok()?;
+        let inputs = [("dx", input.dx), ("dy", input.dy), ("xh", input.xh), ("yh", input.yh)];
+        Some((inputs.map(|(name, v)| (name, v as u64)).to_vec(), Box::new(WithShifts(circle)) as Box<dyn Interpolator>))
+    });
+    cases.collect()
+}
+
+/// Curves of each kind in 5 bits, counter-clockwise.
+fn curves() -> Vec<Case> {
+    let curves = [
+        // a line, a circle, an ellipse, a parabola, hyperbolas, rotated ones, one with all coefficients, short ones
+        ([0, 0, 0, 10, -14], [-7, -7], [7, 3]),
+        ([0, 0, 0, -13, 0], [9, 12], [9, -15]),
+        ([1, 0, 1, 0, 0], [10, 0], [10, 0]),
+        ([1, 0, 2, 0, 0], [6, 0], [-6, 0]),
+        ([2, 0, 1, 0, 0], [0, -6], [0, -6]),
+        ([0, 0, 1, -4, 0], [9, 6], [9, -6]),
+        ([0, 1, 0, 0, 0], [12, 1], [1, 12]),
+        ([-1, 0, 1, 0, 0], [-5, -4], [-5, 4]),
+        ([1, 1, 1, 0, 0], [5, 5], [5, 5]),
+        ([-1, 1, -1, 0, 0], [5, -5], [-5, 5]),
+        ([1, 1, 2, -3, 2], [4, 2], [4, 2]),
+        ([1, 0, 1, 0, 0], [10, 0], [10, 2]),
+        ([1, 0, 1, 0, 0], [0, 10], [-2, 9]),
+        ([1, 0, 1, 0, 0], [10, 0], [10, -3]),
+        // they drift by their end points: overflows of a derivative, of y, of x, and the watchdog
+        ([1, -1, -2, -4, 16], [0, 7], [7, 5]),
+        ([2, 0, -1, -11, -14], [5, -10], [4, -5]),
+        ([-1, -3, -2, -11, -11], [3, -3], [14, -12]),
+        ([1, 2, 1, 13, 14], [10, -12], [-8, 3]),
+    ];
+    let case = |(coefficients, start, end): ([i64; 5], [i64; 2], [i64; 2])| {
+        let [a, b, c, d, e] = coefficients;
+        let mut input = CurveInput { coefficients: [a, b, c, d, e, 0], start, end, clockwise: false, bits: 5 };
+        input.coefficients[5] = -input.value(start) as i64;
+        let course = input.course().unwrap();
+        let names = ["a", "b", "c", "d", "e", "xh", "yh", "xk", "yk", "limit", "last"];
+        let values = coefficients.into_iter().chain(start).chain(end).map(|v| v as u64);
+        let inputs = names.into_iter().zip(values.chain([course.limit, course.last])).collect();
+        let curve: Box<dyn Interpolator> = Box::new(DdaCurve::new(input, &Options::default()).unwrap());
+        (inputs, curve)
+    };
+    curves.map(case).into()
 }

@@ -33,8 +33,9 @@ pub struct CurveInput {
 pub struct Course {
     /// A bound for the watchdog, clocks: half as much again as the motion takes, and 2^(bits+1).
     pub limit: u64,
-    /// The end point has to be left before it counts: a closed curve that begins there, or just after it.
-    pub leave: bool,
+    /// The end point counts once no more clocks than these are left: after half of the motion, of a closed curve after
+    /// three quarters. The path may pass near it before, and the whole of a closed curve begins there.
+    pub last: u64,
 }
 
 impl CurveInput {
@@ -79,8 +80,10 @@ impl CurveInput {
         let motion = Motion::new(self, start);
         let time = motion.time_to(self, end)?;
         self.check_extent(&motion, time)?;
-        let clocks = (1.5 * time + 2.0).ceil() * libm::ldexp(1.0, self.bits.cast_signed());
-        Ok(Course { limit: clocks as u64, leave: self.closed() && self.meets() && self.behind() })
+        let full = libm::ldexp(1.0, self.bits.cast_signed());
+        let limit = ((1.5 * time + 2.0).ceil() * full) as u64;
+        let part = if self.determinant() > 0 { 0.75 } else { 0.5 };
+        Ok(Course { limit, last: limit - (part * time * full) as u64 })
     }
 
     /// The point of the curve near a given one.
@@ -117,10 +120,6 @@ impl CurveInput {
     fn determinant(&self) -> i128 {
         let [a, b, c, ..] = self.coefficients.map(i128::from);
         4 * a * c - b * b
-    }
-
-    fn closed(&self) -> bool {
-        self.determinant() > 0
     }
 
     /// The start point is in reach of the end point.
@@ -296,14 +295,20 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_curve_leaves_its_end_point_first() {
-        let leaves = |end, clockwise| {
+    fn the_end_point_counts_when_it_is_due() {
+        let waits = |end, clockwise| {
             let circle = input([1, 0, 1, 0, 0, -10000], [100, 0], end);
-            CurveInput { clockwise, ..circle }.course().unwrap().leave
+            let course = CurveInput { clockwise, ..circle }.course().unwrap();
+            course.limit - course.last
         };
-        assert_eq!([leaves([100, 0], false), leaves([100, 2], false), leaves([100, -2], false)], [true, false, true]);
-        assert_eq!([leaves([100, 0], true), leaves([100, 2], true), leaves([100, -2], true)], [true, true, false]);
-        assert!(!leaves([0, 100], false));
+        // three quarters of π·256 clocks; from (100, 0) to (100, 2) it is 2 BLU, or all but 2
+        let turn = (0.75 * std::f64::consts::PI * 256.0) as u64;
+        assert_eq!([waits([100, 0], false), waits([100, 0], true)], [turn; 2]);
+        assert!(waits([100, 2], false) < 4 && waits([100, -2], true) < 4);
+        assert!(waits([100, -2], false) > turn - 8 && waits([100, 2], true) > turn - 8);
+        // half of the line's 256
+        let line = input([0, 0, 0, 3, -5, 0], [0, 0], [5, 3]).course().unwrap();
+        assert_eq!(line.limit - line.last, 128);
     }
 
     #[test]

@@ -11,7 +11,7 @@
 use std::iter::FusedIterator;
 
 use super::check_options;
-use super::conic::{CurveInput, REACH};
+use super::conic::{Course, CurveInput, REACH};
 use crate::interpolate::{Clock, Columns, InputError, Interpolator, Method, Options, Stopped};
 
 /// What the command line asks for.
@@ -34,8 +34,9 @@ pub struct Printed {
 /// - **Overflow.** Where a derivative is ±2^p or more, or a coordinate does not fit p bits in two's complement, no clock is
 ///   made and [`Stopped::Overflow`] says so: more than one carry could be due, and all but one would be lost.
 /// - **End.** Once the point is within [`REACH`] BLU of the end point along both axes, the accumulators rest and each axis
-///   steps towards the end point on every clock until it is there. A closed curve that begins in reach of its end point
-///   has to leave it first ([`Course::leave`](super::conic::Course::leave)).
+///   steps towards the end point on every clock until it is there. That begins when the end point is about due
+///   ([`Course::last`](super::conic::Course::last)): the path may pass near it before, and the whole of a closed curve
+///   begins there.
 /// - **Watchdog.** A counter of clocks begins at [`Course::limit`](super::conic::Course::limit); at 0 no more are made.
 ///
 /// ```
@@ -61,11 +62,9 @@ pub struct DdaCurve {
     at: [i64; 2],
     /// `SX`, `SY`, units of 2^−p BLU.
     sum: [i64; 2],
-    /// The end point counts.
-    armed: bool,
+    course: Course,
     /// Clocks left.
     clocks: u64,
-    limit: u64,
 }
 
 /// What the next clock does.
@@ -101,19 +100,18 @@ impl DdaCurve {
             printed,
             at: input.start,
             sum: [sum; 2],
-            armed: !course.leave,
+            course,
             clocks: course.limit,
-            limit: course.limit,
         })
     }
 
     fn end(&self) -> bool {
-        self.armed && self.at == self.input.end
+        self.near() && self.at == self.input.end
     }
 
-    /// In reach of the end point.
+    /// In reach of the end point, when that counts.
     fn near(&self) -> bool {
-        (0..2).all(|i| (self.input.end[i] - self.at[i]).abs() <= REACH)
+        self.clocks <= self.course.last && (0..2).all(|i| (self.input.end[i] - self.at[i]).abs() <= REACH)
     }
 
     /// `x'·2^p` at the current point.
@@ -152,8 +150,8 @@ impl DdaCurve {
         if self.end() {
             Next::End
         } else if self.clocks == 0 {
-            Next::Stop(Stopped::Watchdog { clocks: self.limit })
-        } else if self.armed && self.near() {
+            Next::Stop(Stopped::Watchdog { clocks: self.course.limit })
+        } else if self.near() {
             Next::Finish([0, 1].map(|i| (self.input.end[i] - self.at[i]).signum()))
         } else {
             self.derivatives()
@@ -202,7 +200,6 @@ impl Iterator for DdaCurve {
                 step
             }),
         };
-        self.armed |= !self.near();
         self.at = [0, 1].map(|i| self.at[i] + step[i]);
         self.clocks -= 1;
         Some(self.clock(step))
