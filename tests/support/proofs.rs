@@ -59,6 +59,7 @@ pub const PROOFS: &[Proof] = &[
     Proof { path: "evaluation/karibsky_gates.json", parameters: COUNTER_CLOCKWISE, cases: karibsky },
     Proof { path: "evaluation/karibsky_gates.json", parameters: CLOCKWISE, cases: clockwise_karibsky },
     Proof { path: "dda/curve.json", parameters: &[("W", 5)], cases: curves },
+    Proof { path: "dda/curve_gates.json", parameters: &[("W", 5)], cases: curves },
     Proof { path: "three_axis/line.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/line_gates.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/dda_line.json", parameters: &[("W", 2)], cases: dda_lines_3d },
