@@ -85,7 +85,7 @@ fn of_method(method: Method, args: &PlotArgs) -> Result<Plotted, CliError> {
     let mut recording = Recording::new(axes, start, away(start));
     for c in interpolator.by_ref() {
         recording.push(c.at, away(c.at));
-        if recording.clocks() % OFTEN == 0 {
+        if recording.clocks().is_multiple_of(OFTEN) {
             progress.set(recording.clocks());
             if interrupt::interrupted() {
                 return Err(CliError::usage("interrupted; nothing was drawn"));
