@@ -20,8 +20,12 @@ const ARCS: &[(&str, Core)] = &[
 ];
 
 /// The circuits of lines, and the methods that they have as their cores.
-const LINES: &[(&str, Method)] =
-    &[("circuits/quadrant/line.json", Method::EfLine), ("circuits/quadrant/fast_line.json", Method::EfLineFast)];
+const LINES: &[(&str, Method)] = &[
+    ("circuits/quadrant/line.json", Method::EfLine),
+    ("circuits/quadrant/fast_line.json", Method::EfLineFast),
+    ("circuits/quadrant/dda_line.json", Method::DdaLine),
+    ("circuits/quadrant/line_3d.json", Method::EfLine3d),
+];
 
 /// Draws arcs one after another with every circuit that can; the clocks compared.
 fn draw(circuits: &[(&str, Core)], bits: u32, arcs: impl Iterator<Item = ArcPath> + Clone) -> u64 {
@@ -105,23 +109,32 @@ fn a_sample_of_arcs_of_other_widths() {
     }
 }
 
+/// The increments of a line and its start point; z is for those in space.
+type Line = [[i64; 3]; 2];
+
 /// Draws lines one after another with every circuit; the clocks compared.
-fn draw_lines(bits: u32, lines: impl Iterator<Item = [i64; 4]> + Clone) -> u64 {
+fn draw_lines(bits: u32, lines: &[Line]) -> u64 {
     let mut clocks = 0;
-    for &(file, method) in LINES {
+    // a DDA has registers of 2 bits at least
+    for &(file, method) in LINES.iter().filter(|(_, method)| bits > 1 || *method != Method::DdaLine) {
         let circuit = circuit(file, &[("W", i64::from(bits))]);
-        let request = |[dx, dy, xh, yh]: [i64; 4]| Request {
-            from: [xh, yh, 0],
-            bits: Some(bits),
-            ..Request::new(method, [xh + dx, yh + dy, 0])
+        let request = |[d, h]: Line, axes: usize| {
+            let mut request = Request { bits: Some(bits), ..Request::new(method, [0; 3]) };
+            for axis in 0..axes {
+                (request.from[axis], request.to[axis]) = (h[axis], h[axis] + d[axis]);
+            }
+            request.draw().unwrap_or_else(|e| panic!("{file}: {d:?} from {h:?}: {e}"))
         };
-        let columns = request([1, 1, 0, 0]).draw().unwrap().interpolator.columns();
+        let columns = request([[0; 3]; 2], 0).interpolator.columns();
+        let axes = columns.at.len();
         let mut bench = Bench::new(&circuit, columns);
-        let inputs = ["dx", "dy", "xh", "yh"].map(|name| bench.input(name));
-        for line in lines.clone() {
-            let mut drawing = request(line).draw().unwrap_or_else(|e| panic!("{file}: {line:?}: {e}"));
-            let set: Vec<_> = inputs.into_iter().zip(line.map(|v| v as u64)).collect();
-            bench.draw(&set, &mut drawing.interpolator).unwrap_or_else(|fault| panic!("{file}: {line:?}, {fault}"));
+        let inputs = [["dx", "dy", "dz"], ["xh", "yh", "zh"]]
+            .map(|names| names[..axes].iter().map(|name| bench.input(name)).collect::<Vec<_>>());
+        for &line in lines {
+            let mut algorithm = request(line, axes).interpolator;
+            let set: Vec<_> = inputs.iter().zip(line).flat_map(|(inputs, v)| inputs.iter().copied().zip(v)).collect();
+            let set: Vec<_> = set.into_iter().map(|(input, v)| (input, v as u64)).collect();
+            bench.draw(&set, &mut algorithm).unwrap_or_else(|fault| panic!("{file}: {line:?}, {fault}"));
         }
         clocks += bench.clocks;
     }
@@ -135,25 +148,31 @@ fn every_line_up_to_8_along_each_axis() {
     for (dx, dy) in (-8..=8).flat_map(|dx| (-8..=8).map(move |dy| (dx, dy))) {
         for far in [0, 1] {
             let mut coordinate = || far * (rng.below(32) as i64 - 16);
-            lines.push([dx, dy, coordinate(), coordinate()]);
+            let start = [coordinate(), coordinate(), coordinate()];
+            lines.push([[dx, dy, rng.below(17) as i64 - 8], start]);
         }
     }
-    println!("{} lines of 4 bits, {} clocks", lines.len(), draw_lines(4, lines.iter().copied()));
+    println!("{} lines of 4 bits, {} clocks", lines.len(), draw_lines(4, &lines));
 }
 
 #[test]
 fn a_sample_of_lines_of_other_widths() {
-    for (bits, number) in [(1, 100), (2, 200), (8, 300), (16, 2)] {
+    for (bits, number) in [(1, 100), (2, 200), (8, 200), (16, 2)] {
         let mut rng = Rng::new(u64::from(bits));
         let most = (1_i64 << bits) - 1;
         let reach = most.min(3000);
-        let lines: Vec<[i64; 4]> = (0..number)
+        let lines: Vec<Line> = (0..number)
             .map(|n| {
                 let mut signed = |most: i64| rng.below(2 * most as u64 + 1) as i64 - most;
-                let [dx, dy] = [signed(reach), signed(reach)];
-                [if n % 8 == 0 { -most } else { dx }, if n % 8 == 1 { 0 } else { dy }, signed(most), signed(most)]
+                let mut d = [reach; 3].map(&mut signed);
+                match n % 8 {
+                    0 => d[0] = -most,
+                    1 => d[1] = 0,
+                    _ => {}
+                }
+                [d, [most; 3].map(&mut signed)]
             })
             .collect();
-        println!("{number} lines of {bits} bits, {} clocks", draw_lines(bits, lines.iter().copied()));
+        println!("{number} lines of {bits} bits, {} clocks", draw_lines(bits, &lines));
     }
 }

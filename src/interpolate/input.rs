@@ -335,7 +335,7 @@ impl fmt::Display for InputError {
                 let arc = (square as f64).sqrt();
                 write!(
                     f,
-                    "a tool of radius {radius} does not fit into an arc of radius {arc:.2}: what is left is not above 0"
+                    "a tool of radius {radius} does not fit into an arc of radius {arc:.2}: its path has to have a radius above 0"
                 )
             }
             InputError::NoSide => write!(f, "a line without a length has no side to go on"),

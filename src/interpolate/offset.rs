@@ -153,3 +153,131 @@ pub struct OffsetArc {
 fn length([x, y]: [f64; 2]) -> f64 {
     (x * x + y * y).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::interpolate::{EfCircle, Method, Quadrants, Request};
+
+    fn offset(radius: u32, side: Side) -> Offset {
+        Offset { radius, side }
+    }
+
+    #[test]
+    fn lines_by_hand() {
+        // (4, 3) has the normal (-3, 4)/5 on its left
+        let line = offset(10, Side::Left).line([1, 2], [5, 5]).unwrap();
+        assert_eq!((line.from, line.to), ([-5, 10], [-1, 13]));
+        let line = offset(10, Side::Right).line([1, 2], [5, 5]).unwrap();
+        assert_eq!((line.from, line.to), ([7, -6], [11, -3]));
+        // backwards the sides are exchanged
+        let line = offset(10, Side::Left).line([5, 5], [1, 2]).unwrap();
+        assert_eq!((line.from, line.to), ([11, -3], [7, -6]));
+        // 3·(-1, 1)/√2 = (-2.12, 2.12); the ideal is not rounded
+        let line = offset(3, Side::Left).line([0, 0], [7, 7]).unwrap();
+        assert_eq!((line.from, line.to), ([-2, 2], [5, 9]));
+        assert!((line.ideal.deviation([-2.0, 2.0, 0.0]) - (8.0_f64.sqrt() - 3.0)).abs() < 1e-12);
+        assert_eq!(offset(3, Side::Left).line([2, 2], [2, 2]), Err(InputError::NoSide));
+        assert_eq!(offset(3, Side::Left).line([i64::MIN, 0], [1, 0]), Err(InputError::Overflow));
+        assert_eq!(offset(3, Side::Left).line([0, i64::MAX], [1, i64::MAX]), Err(InputError::Overflow));
+    }
+
+    fn circle(path: ArcPath) -> Result<Quadrants, InputError> {
+        Quadrants::new(path, true, |input| Ok(Box::new(EfCircle::new(input)?)))
+    }
+
+    fn contour(from: [i64; 2], to: [i64; 2], clockwise: bool) -> ArcPath {
+        ArcPath { center: [0; 2], from, to, full: true, clockwise, f0: 0, bits: 12 }
+    }
+
+    #[test]
+    fn arcs_by_hand() {
+        let quarter = contour([30, 40], [-40, 30], false);
+        // radius 50: the tool of 10 goes inside on 40 to the left, outside on 60 to the right
+        let inside = offset(10, Side::Left).arc(quarter).unwrap();
+        assert_eq!((inside.path.from, inside.path.to, inside.path.f0), ([24, 32], [-32, 24], 0));
+        let outside = offset(10, Side::Right).arc(quarter).unwrap();
+        assert_eq!((outside.path.from, outside.path.to, outside.path.f0), ([36, 48], [-48, 36], 0));
+        // clockwise the other way round
+        let back = offset(10, Side::Left).arc(contour([-40, 30], [30, 40], true)).unwrap();
+        assert_eq!((back.path.from, back.path.to, back.path.f0), ([-48, 36], [36, 48], 0));
+        // 47 outside: (28.2, 37.6) is rounded to (28, 38), and 28² + 38² - 47² = 19
+        let rounded = offset(3, Side::Left).arc(quarter).unwrap();
+        assert_eq!((rounded.path.from, rounded.path.to, rounded.path.f0), ([28, 38], [-38, 28], 19));
+        // R² = 50, R' = √50 + 2 = 9.071 and R'² = 82.284; (6.41, 6.41) is rounded to (6, 6): 72 - 82
+        let odd = offset(2, Side::Right).arc(contour([5, 5], [-5, 5], false)).unwrap();
+        assert_eq!((odd.path.from, odd.path.to, odd.path.f0), ([6, 6], [-6, 6], -10));
+        let Ideal::Arc { radius, .. } = odd.ideal else { unreachable!() };
+        assert!((radius - 9.0710678).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_tool_that_does_not_fit_is_refused() {
+        let quarter = contour([30, 40], [-40, 30], false);
+        for radius in [50, 51, u32::MAX] {
+            let error = offset(radius, Side::Left).arc(quarter).unwrap_err();
+            let expected =
+                format!("a tool of radius {radius} does not fit into an arc of radius 50.00: its path has to");
+            assert!(error.to_string().starts_with(&expected), "{error}");
+            assert!(offset(radius, Side::Right).arc(quarter).is_ok());
+        }
+        // what is left is a radius of 0.07: its start point is rounded to the centre
+        let point = offset(7, Side::Left).arc(contour([5, 5], [-5, 5], false)).unwrap().path;
+        assert_eq!(point.from, [0, 0]);
+        assert_eq!(circle(point).err(), Some(InputError::ZeroRadius));
+        // the contour itself has to be one
+        assert!(matches!(offset(1, Side::Left).arc(contour([5, 0], [0, 9], false)), Err(InputError::OffCircle { .. })));
+        assert_eq!(offset(1, Side::Left).arc(contour([0, 0], [0, 0], false)), Err(InputError::ZeroRadius));
+    }
+
+    /// A short arc whose two ends come to one point is nothing, a long one a full circle.
+    #[test]
+    fn ends_that_come_together() {
+        let clocks = |from, to, clockwise| {
+            let request = Request {
+                from,
+                clockwise,
+                offset: Some(offset(45, if clockwise { Side::Right } else { Side::Left })),
+                ..Request::new(Method::EfCircle, to)
+            };
+            request.draw().unwrap().interpolator.count()
+        };
+        // radius 50 to 5: (50, 0) and (50, 1) both come to (5, 0)
+        assert_eq!(clocks([50, 0, 0], [50, 1, 0], false), 0);
+        assert_eq!(clocks([50, 1, 0], [50, 0, 0], true), 0);
+        assert_eq!(clocks([50, 1, 0], [50, 0, 0], false), 8 * 5 + 3);
+        assert_eq!(clocks([50, 0, 0], [50, 0, 0], true), 8 * 5 + 3);
+    }
+
+    /// How far off the exact equidistant the path is: with `F₀`, and without it, on a circle through the rounded start point.
+    #[test]
+    fn f0_makes_good_the_rounding_of_the_start_point() {
+        let (mut with, mut without, mut least, mut arcs) = (0.0_f64, 0.0_f64, 0.0_f64, 0);
+        let points = (-24..=24).flat_map(|x| (-24..=24).map(move |y| [x, y])).filter(|&p| p != [0_i64, 0]);
+        for (n, from) in points.enumerate() {
+            let contour = contour(from, [-from[1], from[0]], n % 2 == 0);
+            for (radius, side) in [1, 2, 3, 5, 8].into_iter().flat_map(|r| [(r, Side::Left), (r, Side::Right)]) {
+                let Ok(OffsetArc { path, ideal }) = offset(radius, side).arc(contour) else { continue };
+                let worst = |f0: i64| {
+                    let path = circle(ArcPath { f0, ..path }).ok()?;
+                    Some(path.map(|c| ideal.deviation(c.at.map(|v| v as f64)).abs()).fold(0.0, f64::max))
+                };
+                let Ideal::Arc { radius, .. } = ideal else { unreachable!() };
+                let (Some(a), Some(b)) = (worst(path.f0), worst(0)) else { continue };
+                arcs += 1;
+                match radius < 2.0 {
+                    true => least = least.max(a),
+                    false => (with, without) = (with.max(a), without.max(b)),
+                }
+            }
+        }
+        println!(
+            "{arcs} arcs: at most {with:.4} BLU off with F₀, {without:.4} without; {least:.4} below a radius of 2"
+        );
+        // (5, 1), a tool of 3 inside: R' = √26 - 3 = 2.099, and the path goes over a point at 1
+        assert!((with - (26.0_f64.sqrt() - 4.0)).abs() < 1e-9, "{with}");
+        assert!((1.60..1.65).contains(&without), "{without}");
+        // up to R'² = 1.5, which is rounded to 1, the path goes through the centre
+        assert!(least * least < 1.5, "{least}");
+    }
+}

@@ -2,8 +2,9 @@
 
 use discreta::circuit::Circuit;
 use discreta::interpolate::{
-    ArcInput, Clock, Columns, CurveInput, DdaCircle, DdaCurve, DdaLine, DdaLine3d, EfCircle, EfCircleFast, EfLine,
-    EfLine3d, EfLineFast, EfLineFastPrinted, Interpolator, Karibsky, Line3dInput, LineInput, Options,
+    ArcInput, ArcPath, Clock, Columns, CurveInput, DdaCircle, DdaCurve, DdaLine, DdaLine3d, EfCircle, EfCircleFast,
+    EfLine, EfLine3d, EfLineFast, EfLineFastPrinted, InputError, Interpolator, Karibsky, Line3dInput, LineInput,
+    Method, Options, Quadrants, Request,
 };
 
 use super::bench::Bench;
@@ -58,7 +59,15 @@ pub const PROOFS: &[Proof] = &[
     Proof { path: "evaluation/karibsky.json", parameters: CLOCKWISE, cases: clockwise_karibsky },
     Proof { path: "evaluation/karibsky_gates.json", parameters: COUNTER_CLOCKWISE, cases: karibsky },
     Proof { path: "evaluation/karibsky_gates.json", parameters: CLOCKWISE, cases: clockwise_karibsky },
+    Proof { path: "quadrant/line.json", parameters: &[("W", 3)], cases: signed_ef_lines },
+    Proof { path: "quadrant/fast_line.json", parameters: &[("W", 3)], cases: signed_fast_lines },
+    Proof { path: "quadrant/dda_line.json", parameters: &[("W", 3)], cases: signed_dda_lines },
+    Proof { path: "quadrant/line_3d.json", parameters: &[("W", 2)], cases: signed_lines_3d },
+    Proof { path: "quadrant/circle.json", parameters: &[("W", 3)], cases: ef_quadrants },
+    Proof { path: "quadrant/fast_circle.json", parameters: &[("W", 3)], cases: fast_quadrants },
+    Proof { path: "quadrant/karibsky.json", parameters: &[("W", 3)], cases: karibsky_quadrants },
     Proof { path: "dda/curve.json", parameters: &[("W", 5)], cases: curves },
+    Proof { path: "dda/curve_gates.json", parameters: &[("W", 5)], cases: curves },
     Proof { path: "three_axis/line.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/line_gates.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/dda_line.json", parameters: &[("W", 2)], cases: dda_lines_3d },
@@ -187,6 +196,82 @@ fn karibsky() -> Vec<Case> {
 
 fn clockwise_karibsky() -> Vec<Case> {
     arcs(true, |input| Box::new(Karibsky::new(input).unwrap()))
+}
+
+/// Every line of 3 bits and a sign, from start points that change.
+fn signed_lines(method: Method) -> Vec<Case> {
+    let pairs = (-7..8).flat_map(|dx| (-7..8).map(move |dy| (dx, dy)));
+    pairs
+        .map(|(dx, dy)| {
+            let (xh, yh) = ((dx * 3) & 7, (dy * 5 + 1) % 8);
+            let request = Request { from: [xh, yh, 0], bits: Some(3), ..Request::new(method, [xh + dx, yh + dy, 0]) };
+            let inputs = [("dx", dx), ("dy", dy), ("xh", xh), ("yh", yh)].map(|(name, v)| (name, v as u64)).to_vec();
+            (inputs, request.draw().unwrap().interpolator)
+        })
+        .collect()
+}
+
+fn signed_ef_lines() -> Vec<Case> {
+    signed_lines(Method::EfLine)
+}
+
+fn signed_fast_lines() -> Vec<Case> {
+    signed_lines(Method::EfLineFast)
+}
+
+fn signed_dda_lines() -> Vec<Case> {
+    signed_lines(Method::DdaLine)
+}
+
+/// Every line in space of 2 bits and a sign, from start points that change.
+fn signed_lines_3d() -> Vec<Case> {
+    let along = || -3..4_i64;
+    let all = along().flat_map(|dx| along().flat_map(move |dy| along().map(move |dz| [dx, dy, dz])));
+    all.map(|d| {
+        let from = [3 * d[1] + d[2], 5 * d[2] + d[0], 3 * d[0] + d[1]].map(|v| v.rem_euclid(8) - 4);
+        let to = [0, 1, 2].map(|axis| from[axis] + d[axis]);
+        let request = Request { from, bits: Some(2), ..Request::new(Method::EfLine3d, to) };
+        let names = [("dx", d[0]), ("dy", d[1]), ("dz", d[2]), ("xh", from[0]), ("yh", from[1]), ("zh", from[2])];
+        (names.map(|(name, v)| (name, v as u64)).to_vec(), request.draw().unwrap().interpolator)
+    })
+    .collect()
+}
+
+/// Full circles and arcs of 3 bits and a sign, in both directions, with centres and an `F₀` that change.
+fn quadrants(core: fn(ArcInput) -> Result<Box<dyn Interpolator>, InputError>) -> Vec<Case> {
+    let points = |most: i64| (-most..=most).flat_map(move |x| (-most..=most).map(move |y| [x, y]));
+    let mut cases = Vec::new();
+    // and the greatest circle of the width
+    let pairs = points(4).flat_map(|from| points(5).map(move |to| (from, to))).chain([([7, 0], [7, 0])]);
+    for (n, (from, to)) in pairs.enumerate() {
+        if from != to && n % 7 != 0 {
+            continue;
+        }
+        let clockwise = n % 2 == 1;
+        let center = if from[0] == 7 { [0; 2] } else { [(n as i64 / 2) % 5 - 2, (n as i64 / 10) % 5 - 2] };
+        let f0 = if from == to { 0 } else { (n as i64 / 3) % 5 - 2 };
+        let [from, to] = [from, to].map(|p| [p[0] + center[0], p[1] + center[1]]);
+        let path = ArcPath { center, from, to, full: true, clockwise, f0, bits: 3 };
+        if let Ok(arc) = Quadrants::new(path, true, core) {
+            let points = [("xh", from[0]), ("yh", from[1]), ("xk", to[0]), ("yk", to[1])];
+            let rest = [("xc", center[0]), ("yc", center[1]), ("cw", i64::from(clockwise)), ("f0", f0)];
+            let inputs = points.into_iter().chain(rest).map(|(name, v)| (name, v as u64)).collect();
+            cases.push((inputs, Box::new(arc) as _));
+        }
+    }
+    cases
+}
+
+fn ef_quadrants() -> Vec<Case> {
+    quadrants(|input| Ok(Box::new(EfCircle::new(input)?)))
+}
+
+fn fast_quadrants() -> Vec<Case> {
+    quadrants(|input| Ok(Box::new(EfCircleFast::new(input)?)))
+}
+
+fn karibsky_quadrants() -> Vec<Case> {
+    quadrants(|input| Ok(Box::new(Karibsky::new(input)?)))
 }
 
 /// Every line in space of 2 bits, from start points that change.

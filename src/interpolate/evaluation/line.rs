@@ -101,8 +101,8 @@ impl EfLine {
         Ok(EfLine { state: State::load(input)? })
     }
 
-    /// The same with `F₀ = ⌊(ΔX − ΔY)/2⌋` for 0 (an extension): from 0 `F` goes over −ΔY … ΔX − 1, and so it lies in the
-    /// middle. The deviation is at most √½ BLU then, and `ΔX = 0` costs no clock without a step.
+    /// The same with `F₀ = ⌊(ΔX − ΔY)/2⌋` for 0 (an extension): the middle of −ΔY … ΔX − 1, the range of `F`. The
+    /// deviation is at most √½ BLU then, and `ΔX = 0` costs no clock without a step.
     ///
     /// # Errors
     /// As [`EfLine::new`].
