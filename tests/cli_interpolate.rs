@@ -114,7 +114,7 @@ fn json_for_programs() {
     assert_eq!((&nothing["clocks"], &nothing["finished"]), (&json!([]), &json!(true)));
 }
 
-/// The documents' golden vectors; see `docs/interpolators.md` for the letters.
+/// The documents' golden vectors; see `docs/drawing.md` for the letters.
 #[test]
 fn steps() {
     for (line, expected) in [

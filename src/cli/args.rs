@@ -426,7 +426,7 @@ Examples:
   discreta interpolate ef-circle --from 5,0 --to 0,5 --format csv
 
 A step is X, Y or Z along one axis; D along x and y, E along x and z, F along y and z; A along all three; - none.
-docs/interpolators.md describes every method and what each format prints.
+docs/interpolators.md describes every method, docs/drawing.md what each format prints.
 Exit status: 0 the end was reached; 1 it was not; 2 usage, input or output.")]
 pub struct InterpolateArgs {
     /// The method

@@ -94,7 +94,7 @@ fn steps(out: &mut Out, drawing: Drawing) -> Result<Finished, CliError> {
     Ok(interpolator)
 }
 
-/// Written by hand around the clocks, which may be more than memory holds. `docs/interpolators.md` has its shape.
+/// Written by hand around the clocks, which may be more than memory holds. `docs/drawing.md` has its shape.
 fn json(out: &mut Out, request: &Request, drawing: Drawing) -> Result<Finished, CliError> {
     let Drawing { mut interpolator, ideal, bits } = drawing;
     let columns = interpolator.columns();
