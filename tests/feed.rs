@@ -2,8 +2,10 @@
 
 mod support;
 
+use discreta::Simulator;
 use discreta::circuit::{Circuit, load_with};
-use discreta::interpolate::feed::Margins;
+use discreta::interpolate::feed::{Generator, Margins};
+use discreta::interpolate::{ArcInput, DdaCircle, DdaLine, Interpolator, LineInput, Options};
 use serde_json::{Value, json};
 use support::bench::circuit;
 use support::feed::{self, Found, System};
@@ -15,8 +17,10 @@ const SPEED_BLOCKS: [&str; 2] = ["circuits/feed/speed_block.json", "circuits/fee
 fn the_speed_block_is_the_generator_on_every_clock() {
     for path in SPEED_BLOCKS {
         let mut pulses = 0;
-        for (whole, fraction, high) in [(8, 8, 2), (4, 6, 1), (12, 4, 5), (2, 1, 1)] {
+        for (whole, fraction, high) in [(8, 8, 2), (4, 6, 1), (12, 4, 5), (2, 1, 1), (20, 12, 3)] {
             let parameters = [("I", i64::from(whole)), ("Q", i64::from(fraction)), ("HIGH", high as i64)];
+            let shifts = [("S", if whole == 2 { 2 } else { 3 })];
+            let parameters = [&parameters[..], &shifts].concat();
             let proof = feed::speed_block(&circuit(path, &parameters), whole, fraction, high);
             pulses += proof.unwrap_or_else(|fault| panic!("{path}, {parameters:?}: {fault}"));
         }
@@ -31,6 +35,107 @@ fn the_synchroniser_is_a_store_of_two_steps() {
         let synchroniser = circuit("circuits/feed/synchroniser.json", &[("TAU", tau)]);
         feed::synchroniser(&synchroniser, tau as u64).unwrap_or_else(|fault| panic!("τ = {tau}: {fault}"));
     }
+}
+
+const PACED: &str = "circuits/feed/paced.json";
+const NORMALISED: [Options; 2] = {
+    let plain = Options { as_printed: false, half_preload: false, parallel: false, normalise: false, centred: false };
+    [plain, Options { normalise: true, ..plain }]
+};
+
+fn generator(period: u64) -> Generator {
+    Generator::new(period, 16, 8, 2, false).unwrap()
+}
+
+/// Ticks that the clocks of an interpolator take, each 2^shifts periods.
+fn duration(mut interpolator: impl Interpolator, period: u64) -> u64 {
+    let (mut generator, mut ticks) = (generator(period), 0);
+    loop {
+        let shifts = interpolator.state().sum[2] as u32;
+        if interpolator.next().is_none() {
+            return ticks;
+        }
+        ticks += generator.interval(0, shifts);
+    }
+}
+
+/// The longest interval of a normalised arc, ticks.
+fn longest(arc: ArcInput, period: u64) -> f64 {
+    let circle = DdaCircle::new(arc, &NORMALISED[1]).unwrap();
+    let most =
+        circle.state().sum[2].max(circle.filter(|clock| !clock.end).map(|clock| clock.sum[2]).max().unwrap_or(0));
+    (period << most) as f64 / 256.0
+}
+
+/// The normalised quarter is the algorithms on every clock of `clk`, and takes as long as the one that is not, but for
+/// less than two of its longest intervals.
+#[test]
+fn a_paced_quarter_takes_the_time_of_one_without_normalisation() {
+    for clockwise in [false, true] {
+        let circuits = [0, 1].map(|normalise| {
+            circuit(PACED, &[("W", 6), ("CLOCKWISE", i64::from(clockwise)), ("NORMALISE", normalise)])
+        });
+        let mut benches = circuits.each_ref().map(|circuit| Simulator::new(&circuit.netlist));
+        let mut rng = Rng::new(6);
+        for r in 1..64 {
+            let (from, to) = if clockwise { ((0, r), (r, 0)) } else { ((r, 0), (0, r)) };
+            let arc = ArcInput::between(from, to, clockwise, 6);
+            let inputs = [arc.xh, arc.yh, arc.dx, arc.dy].map(|v| v as u64);
+            let period = (3 << 8) + rng.below(2 << 8);
+            let [plain, normalised] = [0, 1].map(|n| {
+                let circle = DdaCircle::new(arc, &NORMALISED[n]).unwrap();
+                let ticks = feed::paced(&mut benches[n], "core", inputs, period, circle.clone(), generator(period));
+                let ticks = ticks.unwrap_or_else(|fault| panic!("R = {r}, {period}, {clockwise}: {fault}"));
+                // the end comes with the trailing edge of the last pulse
+                assert_eq!(ticks, duration(circle, period) + 2);
+                ticks
+            });
+            let longest = longest(arc, period);
+            assert!(
+                normalised.abs_diff(plain) as f64 <= 2.0 * longest + 1.0,
+                "R = {r}: {normalised} ticks, {plain} without"
+            );
+        }
+    }
+}
+
+/// A line takes exactly as long: 2^p periods.
+#[test]
+fn a_paced_line_takes_exactly_the_time_of_one_without_normalisation() {
+    let circuits = [0, 1].map(|normalise| circuit(PACED, &[("W", 5), ("LINE", 1), ("NORMALISE", normalise)]));
+    let mut benches = circuits.each_ref().map(|circuit| Simulator::new(&circuit.netlist));
+    let mut rng = Rng::new(5);
+    for _ in 0..80 {
+        let [dx, dy] = [0; 2].map(|_| rng.below(32) >> rng.below(5));
+        let [xh, yh] = [dx, dy].map(|d| rng.below(32 - d));
+        let period = (3 << 8) + rng.below(2 << 8);
+        for n in [0, 1] {
+            let [xh, yh, dx, dy] = [xh, yh, dx, dy].map(|v| v as i64);
+            let line = DdaLine::new(LineInput { xh, yh, dx, dy, bits: 5 }, &NORMALISED[n]).unwrap();
+            let inputs = [xh, yh, dx, dy].map(|v| v as u64);
+            let ticks = feed::paced(&mut benches[n], "core_line", inputs, period, line, generator(period));
+            let ticks = ticks.unwrap_or_else(|fault| panic!("({dx}, {dy}), {period}: {fault}"));
+            assert_eq!(ticks, if dx + dy == 0 { 0 } else { ((period << 5) >> 8) + 2 }, "({dx}, {dy})");
+        }
+    }
+}
+
+/// All quarters of 8 bits, by the algorithms.
+#[test]
+fn every_8_bit_quarter_takes_the_time_of_one_without_normalisation() {
+    let period = 832;
+    let mut worst: f64 = 0.0;
+    for r in 1..256 {
+        let arc = ArcInput::between((r, 0), (0, r), false, 8);
+        let [plain, normalised] =
+            NORMALISED.each_ref().map(|options| duration(DdaCircle::new(arc, options).unwrap(), period));
+        let longest = longest(arc, period);
+        let off = (normalised as f64 - plain as f64).abs();
+        assert!(off <= 2.0 * longest + 1.0, "R = {r}: {normalised} ticks, {plain} without");
+        worst = worst.max(off / longest);
+    }
+    println!("at most {worst:.3} of the longest interval");
+    assert!((1.0..2.0).contains(&worst));
 }
 
 /// Within the margins: no violation, each pulse of Δt with the steps and after the interval that the algorithm has.
@@ -162,7 +267,16 @@ fn faults_in_the_circuits_are_caught() {
         }
         Ok(())
     };
-    let faults: [Faults; 3] = [
+    let paced: Proof = |c| {
+        let mut sim = Simulator::new(&c.netlist);
+        for r in [5, 9] {
+            let arc = ArcInput::between((r, 0), (0, r), false, 6);
+            let circle = DdaCircle::new(arc, &NORMALISED[1]).unwrap();
+            feed::paced(&mut sim, "core", [r, 0, r, r].map(|v| v as u64), 900, circle, generator(900))?;
+        }
+        Ok(())
+    };
+    let faults: [Faults; 4] = [
         (
             "speed_block",
             "circuits/feed/speed_block.json",
@@ -175,7 +289,9 @@ fn faults_in_the_circuits_are_caught() {
                 ("choice/connections/in", json!(["9'd256", "9'd255", "two", "three"])),
                 ("two/parameters/value", json!(362)),
                 ("three/parameters/value", json!(442)),
-                ("scale/connections/a", json!("period")),
+                ("shift/connections/a", json!("period")),
+                ("shift/connections/s", json!("3'd0")),
+                ("scale/connections/a", json!("programmed")),
                 ("adder/connections/b", json!(["(I+2)'d0", "fraction[Q+7:1]"])),
                 ("register3/connections/load", json!("due")),
                 ("register3/connections/reset", json!("1'b0")),
@@ -235,15 +351,42 @@ fn faults_in_the_circuits_are_caught() {
                 ("and2/connections/in", json!(["first", "first"])),
             ],
         ),
+        (
+            "paced",
+            PACED,
+            paced,
+            &[
+                ("core/connections/dt", json!("clk")),
+                ("core/connections/start", json!("1'b0")),
+                ("core/parameters", json!({ "W": "W", "CLOCKWISE": "CLOCKWISE", "NORMALISE": 0 })),
+                ("not1/type", json!("buf")),
+                ("speed/connections/shifts", json!("(clog2(W))'d0")),
+                ("speed/connections/start", json!("1'b0")),
+                ("speed/connections/enable", json!("1'b1")),
+                ("speed/connections/constant", json!("1'b1")),
+                ("speed/connections/period", json!(["period[I+Q-2:0]", "1'b0"])),
+            ],
+        ),
     ];
     let mut unnoticed = Vec::new();
     for (module, path, proof, faults) in faults {
         let mut correct = std::fs::read_to_string(repository(path)).unwrap();
-        for import in ["../evaluation/line.json", "synchroniser.json", "speed_block.json"] {
+        for import in [
+            "../evaluation/line.json",
+            "../dda/circle.json",
+            "../dda/line.json",
+            "../lib/normalise.json",
+            "synchroniser.json",
+            "speed_block.json",
+        ] {
             let whole = repository("circuits/feed").join(import);
             correct = correct.replace(&format!("\"{import}\""), &format!("{whole:?}"));
         }
-        let parameters: &[(&str, i64)] = if module == "system" { &[("STEP_HIGH", 12), ("HIGH", 1)] } else { &[] };
+        let parameters: &[(&str, i64)] = match module {
+            "system" => &[("STEP_HIGH", 12), ("HIGH", 1)],
+            "paced" => &[("W", 6)],
+            _ => &[],
+        };
         let caught = |text: &str, name: String| {
             let file = folder("feed_faults").join(name + ".json");
             std::fs::write(&file, text).unwrap();

@@ -36,6 +36,8 @@ const ALGORITHMS: &[(&str, Start)] = &[
     ("dda/circle_normalised_", |net| dda_circle(net, 6, false, Options { normalise: true, ..Options::default() })),
     ("dda/circle_clockwise_", |net| dda_circle(net, 3, true, Options::default())),
     ("dda/circle_", |net| dda_circle(net, 3, false, Options::default())),
+    ("feed/paced_circle_", |net| dda_circle(net, 6, false, Options { normalise: true, ..Options::default() })),
+    ("feed/paced_line_", |net| dda_line(net, 8, Options { normalise: true, ..Options::default() })),
     ("evaluation/circle_as_printed_", |net| Box::new(EfCirclePrinted::new(arc(net, false)).unwrap())),
     ("evaluation/circle_cw_", |net| Box::new(EfCircle::new(arc(net, true)).unwrap())),
     ("evaluation/circle_gates_cw_", |net| Box::new(EfCircle::new(arc(net, true)).unwrap())),
@@ -140,12 +142,12 @@ fn arc(net: &dyn Fn(&str) -> i64, clockwise: bool) -> ArcInput {
 
 /// Traces of circuits that are no interpolators, or fail as they are to; each has a test of its own elsewhere, or its
 /// scenario says what is to come of it.
-const OTHERS: &[&str] = &["evaluation/circle_worded", "feed/"];
+const OTHERS: &[&str] = &["evaluation/circle_worded", "feed/speed_block", "feed/synchroniser", "feed/system"];
 
 /// What the nets show, by their names; nothing while a bit is unknown.
 type Nets = HashMap<String, Option<u64>>;
 
-/// The widths of the nets of the top scope, and of those of its interpolator `core` that it does not show itself, and their
+/// The widths of the nets of the top scope, and of those of its interpolator, `core` or `core_line`, that it does not show itself, and their
 /// values after each instant at which something changes.
 fn instants(path: &Path) -> (HashMap<String, u32>, BTreeMap<u64, Nets>) {
     let mut parser = vcd::Parser::new(BufReader::new(File::open(path).unwrap()));
@@ -161,7 +163,7 @@ fn instants(path: &Path) -> (HashMap<String, u32>, BTreeMap<u64, Nets>) {
     let mut names: HashMap<IdCode, Vec<String>> = HashMap::new();
     let mut widths = HashMap::new();
     let core = top.items.iter().filter_map(|i| match i {
-        ScopeItem::Scope(s) if s.identifier == "core" => Some(&s.items),
+        ScopeItem::Scope(s) if ["core", "core_line"].contains(&&*s.identifier) => Some(&s.items),
         _ => None,
     });
     for item in top.items.iter().chain(core.flatten()) {

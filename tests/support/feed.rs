@@ -6,7 +6,7 @@ use discreta::circuit::Circuit;
 use discreta::diag::Diagnostics;
 use discreta::engine::EventEngine;
 use discreta::interpolate::feed::{Feed, Generator, Margins, Stores};
-use discreta::interpolate::{EfLine, LineInput};
+use discreta::interpolate::{Clock, EfLine, Interpolator, LineInput};
 use discreta::scenario::{Control, Event, Scenario, Stop, run};
 use discreta::value::Word;
 use discreta::wave::{Layout, Sink};
@@ -20,13 +20,15 @@ fn same<T: PartialEq + std::fmt::Debug>(found: T, expected: T, place: impl Fn() 
     if found == expected { Ok(()) } else { Err(format!("{}: {found:?}, expected {expected:?}", place())) }
 }
 
-/// A speed block against the generator, at every edge of its clock, with pulses of the axes and waits at random. Returns
-/// the pulses.
+/// A speed block against the generator, at every edge of its clock, with pulses of the axes, shifts and waits at random:
+/// also more shifts than the register of the period has room for. Returns the pulses.
 pub fn speed_block(circuit: &Circuit, whole: u32, fraction: u32, high: u64) -> Result<u64, String> {
     let mut sim = Simulator::new(&circuit.netlist);
-    let input = ["clk", "start", "enable", "constant", "period", "x", "y", "z"].map(|n| sim.input(n).unwrap());
-    let [clk, start, enable, constant, period, x, y, z] = input;
+    let input =
+        ["clk", "start", "enable", "constant", "period", "shifts", "x", "y", "z"].map(|n| sim.input(n).unwrap());
+    let [clk, start, enable, constant, period, shifts, x, y, z] = input;
     let shown = ["dt", "elapsed", "fraction"].map(|n| sim.probe(n).unwrap());
+    let most_shifts = 1 << circuit.netlist.signal(circuit.netlist.find("shifts").unwrap()).width;
     let (mut rng, mut pulses) = (Rng::new(u64::from(whole)), 0);
     for run in 0..40 {
         let (least, most) = ((high + 1).max(2) << fraction, 1 << (whole + fraction));
@@ -45,13 +47,15 @@ pub fn speed_block(circuit: &Circuit, whole: u32, fraction: u32, high: u64) -> R
             for (bit, input) in [x, y, z].into_iter().enumerate() {
                 sim.set(input, axes >> bit);
             }
+            let shift = if run % 3 == 0 { 0 } else { rng.below(most_shifts) };
+            sim.set(shifts, shift);
             sim.set(enable, u64::from(go));
             for level in [0, 1] {
                 sim.set(clk, level);
                 sim.settle().map_err(|e| e.to_string())?;
             }
             let was = generator.dt();
-            generator.clock(go, axes.count_ones() as usize);
+            generator.clock(go, axes.count_ones() as usize, shift as u32);
             pulses += u64::from(generator.dt() && !was);
             let found = shown.each_ref().map(|p| sim.number(p));
             let expected = [u64::from(generator.dt()), generator.elapsed(), generator.fraction()].map(Some);
@@ -91,6 +95,64 @@ pub fn synchroniser(circuit: &Circuit, tau: u64) -> Result<(), String> {
         same([&drive, &stop, &waiting, &full].map(|p| sim.number(p)), expected, || format!("after pulse {n}"))?;
     }
     Ok(())
+}
+
+/// Draws with `circuits/feed/paced.json`, whose interpolator is at `core`, and compares it with
+/// the interpolator and the generator at every rising edge of `clk`, and for some time after the end. Returns the ticks
+/// from START to the end.
+pub fn paced(
+    sim: &mut Simulator<'_>,
+    core: &str,
+    inputs: [u64; 4],
+    period: u64,
+    mut interpolator: impl Interpolator,
+    mut generator: Generator,
+) -> Result<u64, String> {
+    let [clk, start] = ["clk", "start"].map(|n| sim.input(n).unwrap());
+    let shown = ["x", "y", "dt", "end", "xt", "yt", "shifts"].map(|n| sim.probe(n).unwrap());
+    let registers = ["kox", "koy", "sx", "sy"].map(|n| sim.probe(&format!("{core}.{n}")).unwrap());
+    let counters = ["speed.elapsed", "speed.fraction"].map(|n| sim.probe(n).unwrap());
+    for (name, value) in ["xh", "yh", "dx", "dy", "period"].into_iter().zip(inputs.into_iter().chain([period])) {
+        let input = sim.input(name).unwrap();
+        sim.set(input, value);
+    }
+    for (input, level) in [(clk, 0), (start, 1), (start, 0)] {
+        sim.set(input, level);
+        sim.settle().map_err(|e| e.to_string())?;
+    }
+    let mut state = interpolator.state();
+    // the clock that is under way while Δt is high
+    let mut pending = None;
+    let (mut tick, mut end) = (0, state.end.then_some(0));
+    while end.is_none_or(|end| tick < end + 100) {
+        tick += 1;
+        let axes = pending.map_or(0, |clock: Clock| clock.axes());
+        let was = generator.dt();
+        generator.clock(!state.end, axes, state.sum[2] as u32);
+        match (was, generator.dt()) {
+            (false, true) => pending = interpolator.next(),
+            (true, false) => state = pending.take().ok_or("a clock after the end")?,
+            _ => {}
+        }
+        if state.end && end.is_none() {
+            end = Some(tick);
+        }
+        for level in [1, 0] {
+            sim.set(clk, level);
+            sim.settle().map_err(|e| e.to_string())?;
+            let step = pending.map_or([0; 3], |clock| clock.step).map(|s| u64::from(s != 0));
+            let [dt, end] = [generator.dt(), state.end].map(u64::from);
+            let expected = [step[0], step[1], dt, end, state.at[0] as u64, state.at[1] as u64, state.sum[2] as u64];
+            same(shown.each_ref().map(|p| sim.number(p)), expected.map(Some), || format!("tick {tick}"))?;
+            let expected = [state.left[0], state.left[1], state.sum[0] as u64, state.sum[1] as u64];
+            same(registers.each_ref().map(|p| sim.number(p)), expected.map(Some), || {
+                format!("registers, tick {tick}")
+            })?;
+            let expected = [generator.elapsed(), generator.fraction()];
+            same(counters.each_ref().map(|p| sim.number(p)), expected.map(Some), || format!("counters, tick {tick}"))?;
+        }
+    }
+    end.ok_or_else(|| "no end".to_owned())
 }
 
 /// Random lines, some of them along an axis.
@@ -155,11 +217,11 @@ impl System {
         let told = || format!("period {period}, {constant}");
         let mut generator = Generator::new(period, 20, 8, m.dt_high, constant).unwrap();
         let input = LineInput { xh: 0, yh: 0, dx: line.0 as i64, dy: line.1 as i64, bits: 8 };
-        let mut at = m.tick * generator.interval(0);
+        let mut at = m.tick * generator.interval(0, 0);
         let mut expected = Vec::new();
         for [x, y, _] in Feed::new(EfLine::new(input).unwrap()) {
             expected.push((at, x, y));
-            at += m.tick * generator.interval(usize::from(x) + usize::from(y));
+            at += m.tick * generator.interval(usize::from(x) + usize::from(y), 0);
         }
         // well beyond the end, so that a pulse too many would be seen
         let longest = 4 * m.step * (m.hold + 3) + 4 * m.tick * (period >> 8);

@@ -1,4 +1,5 @@
-//! The programmable generator of Δt: whole ticks, a fraction carried over, longer intervals after steps of several axes.
+//! The programmable generator of Δt: whole ticks, a fraction carried over, longer intervals after steps of several axes
+//! and for normalising shifts.
 
 use std::{error, fmt};
 
@@ -26,17 +27,22 @@ pub const fn factor(axes: usize) -> u64 {
 /// Each interval is a whole number of ticks of that clock. What it falls short of the period is carried over, so pulse n
 /// comes at the tick ⌊n·period⌋: the mean period is exact, the greatest jitter one tick.
 ///
+/// A clock of a normalised DDA does the work of 2^s clocks and is due 2^s periods after the one before it: the interval is
+/// `period·2^s·factor` plus what was carried over, all of it exact.
+///
 /// ```
 /// use discreta::interpolate::feed::Generator;
 /// // 5¼ ticks, as a number with 8 bits of fraction; pulses of 2 ticks
 /// let mut generator = Generator::new(0x540, 8, 8, 2, false)?;
-/// let rises: Vec<u64> = (1..=42).filter(|_| { let was = generator.dt(); generator.clock(true, 0); generator.dt() && !was }).collect();
+/// let rises: Vec<u64> = (1..=42).filter(|_| { let was = generator.dt(); generator.clock(true, 0, 0); generator.dt() && !was }).collect();
 /// assert_eq!(rises, [5, 10, 15, 21, 26, 31, 36, 42]);
 /// # Ok::<(), discreta::interpolate::feed::PeriodError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Generator {
     period: u64,
+    /// Ones in the bits of the register that holds it.
+    mask: u64,
     fraction_bits: u32,
     high: u64,
     constant: bool,
@@ -73,32 +79,47 @@ impl Generator {
         if !(least << fraction_bits..=most).contains(&period) {
             return Err(PeriodError::Period { period, least: least << fraction_bits, most });
         }
-        Ok(Generator { period, fraction_bits, high, constant, stepped: 0, fraction: 0, elapsed: 1, dt: false })
+        let (stepped, fraction, elapsed) = (0, 0, 1);
+        Ok(Generator { period, mask: most, fraction_bits, high, constant, stepped, fraction, elapsed, dt: false })
     }
 
-    /// The next interval, in ticks: the period times the factor of `axes` axes, and what was carried over. What it is
-    /// too short by is carried over in turn.
-    pub fn interval(&mut self, axes: usize) -> u64 {
-        let (interval, fraction) = self.ahead(axes);
+    /// Whether the period still fits its register after as many normalising shifts as may come.
+    ///
+    /// # Errors
+    /// If it does not: what passes the top of the register would be lost.
+    pub fn check_shifts(&self, most: u32) -> Result<(), PeriodError> {
+        if most > self.period.leading_zeros() || self.period << most > self.mask {
+            return Err(PeriodError::Shifted { period: self.period, shifts: most, most: self.mask });
+        }
+        Ok(())
+    }
+
+    /// The next interval, in ticks: the period times the factor of `axes` axes and 2^`shifts`, and what was carried over.
+    /// What it is too short by is carried over in turn.
+    pub fn interval(&mut self, axes: usize, shifts: u32) -> u64 {
+        let (interval, fraction) = self.ahead(axes, shifts);
         self.fraction = fraction;
         interval
     }
 
-    fn ahead(&self, axes: usize) -> (u64, u64) {
+    fn ahead(&self, axes: usize, shifts: u32) -> (u64, u64) {
         let bits = self.fraction_bits + FACTOR_BITS;
         let factor = factor(if self.constant { axes } else { 0 });
+        // in the register, see `check_shifts`
+        let scaled = self.period.checked_shl(shifts).unwrap_or(0) & self.mask;
         // at most 56 bits times 9
-        let total = u128::from(self.period) * u128::from(factor) + u128::from(self.fraction);
+        let total = u128::from(scaled) * u128::from(factor) + u128::from(self.fraction);
         ((total >> bits) as u64, (total & ((1 << bits) - 1)) as u64)
     }
 
-    /// One rising edge of the fast clock: without `enable` the next pulse waits; `axes` is how many step pulses are high.
-    pub fn clock(&mut self, enable: bool, axes: usize) {
-        let due = self.elapsed >= self.ahead(self.stepped).0;
+    /// One rising edge of the fast clock: without `enable` the next pulse waits; `axes` is how many step pulses are high,
+    /// `shifts` by how many bits the next pulse's addends are shifted.
+    pub fn clock(&mut self, enable: bool, axes: usize, shifts: u32) {
+        let due = self.elapsed >= self.ahead(self.stepped, shifts).0;
         let fire = due && enable;
         let over = self.elapsed >= self.high;
         if fire {
-            self.interval(self.stepped);
+            self.interval(self.stepped, shifts);
         }
         if self.dt {
             self.stepped = axes;
@@ -153,6 +174,15 @@ pub enum PeriodError {
         /// The most it may be.
         most: u64,
     },
+    /// The period does not fit its register after normalising shifts; both times 2^fraction_bits.
+    Shifted {
+        /// The period.
+        period: u64,
+        /// The shifts.
+        shifts: u32,
+        /// The most that the register holds.
+        most: u64,
+    },
 }
 
 impl fmt::Display for PeriodError {
@@ -165,6 +195,9 @@ impl fmt::Display for PeriodError {
             PeriodError::High { high, most } => write!(f, "pulses of {high} ticks: they may have 1 to {most}"),
             PeriodError::Period { period, least, most } => {
                 write!(f, "a period of {period} is outside {least}..{most}, in parts of a tick")
+            }
+            PeriodError::Shifted { period, shifts, most } => {
+                write!(f, "a period of {period} after {shifts} shifts is above {most}, in parts of a tick")
             }
         }
     }
@@ -181,7 +214,7 @@ mod tests {
         let mut rises = Vec::new();
         for tick in 1..=ticks {
             let was = generator.dt();
-            generator.clock(true, axes);
+            generator.clock(true, axes, 0);
             if generator.dt() && !was {
                 rises.push(tick);
             }
@@ -214,16 +247,33 @@ mod tests {
         }
     }
 
+    /// A pulse of s shifts is worth 2^s periods, and only those of the pulse before it that two axes stepped with are
+    /// longer: pulse n comes at the floor of the sum.
+    #[test]
+    fn normalised_intervals_are_exact_on_the_average() {
+        let period = 777_u64; // 3.03515625 ticks
+        let mut generator = Generator::new(period, 8, 8, 2, true).unwrap();
+        assert_eq!(generator.check_shifts(4), Ok(()));
+        let (mut at, mut exact, mut axes) = (0, 0.0, 0);
+        for n in 0_u32..10_000 {
+            let shifts = n * n % 5;
+            at += generator.interval(axes, shifts);
+            exact += period as f64 / 256.0 * f64::from(1 << shifts) * [1.0, 1.0, 361.0 / 256.0][axes];
+            assert_eq!(at, exact.floor() as u64, "pulse {n}");
+            axes = (n % 3) as usize;
+        }
+    }
+
     #[test]
     fn a_disabled_generator_waits_and_then_goes_on() {
         let mut generator = Generator::new(5 << 8, 8, 8, 2, false).unwrap();
         for _ in 0..50 {
-            generator.clock(false, 0);
+            generator.clock(false, 0, 0);
             assert!(!generator.dt());
         }
         let mut levels = String::new();
         for _ in 0..12 {
-            generator.clock(true, 0);
+            generator.clock(true, 0, 0);
             levels.push(if generator.dt() { '1' } else { '0' });
         }
         assert_eq!(levels, "110001100011");
@@ -239,6 +289,12 @@ mod tests {
         assert_eq!(refused(1024, 8, 8, 4), "a period of 1024 is outside 1280..65535, in parts of a tick");
         assert_eq!(refused(1024, 8, 8, 0), "pulses of 0 ticks: they may have 1 to 254");
         assert_eq!(refused(1024, 8, 8, 255), "pulses of 255 ticks: they may have 1 to 254");
+        let shifted = |most| Generator::new(1024, 8, 8, 2, true).unwrap().check_shifts(most).map_err(|e| e.to_string());
+        assert_eq!(shifted(5), Ok(()));
+        for most in [6, 63, 64, u32::MAX] {
+            let told = format!("a period of 1024 after {most} shifts is above 65535, in parts of a tick");
+            assert_eq!(shifted(most), Err(told));
+        }
         assert_eq!(refused(1024, 33, 8, 1), "a period of 33 bits and 8 of fraction: there may be 2 to 32, and 1 to 24");
     }
 }
