@@ -4,7 +4,9 @@
 mod support;
 
 use discreta::circuit::Circuit;
-use discreta::interpolate::{ArcInput, Columns, DdaCircle, DdaLine, Interpolator, LineInput, Options};
+use discreta::interpolate::{
+    ArcInput, Columns, DdaCircle, DdaCirclePrinted, DdaLine, DdaLinePrinted, Interpolator, LineInput, Options,
+};
 use support::Rng;
 use support::bench::{Bench, circuit};
 
@@ -115,6 +117,42 @@ fn every_line(bits: u32) -> impl Iterator<Item = LineInput> {
 fn every_arc(bits: u32) -> impl Iterator<Item = ArcInput> {
     let all = pairs(bits).flat_map(move |from| pairs(bits).map(move |to| ArcInput::between(from, to, false, bits)));
     all.filter(|&arc| DdaCircle::new(arc, &Options::default()).is_ok())
+}
+
+/// The printed program ends with every line; (0, 0) too.
+#[test]
+fn every_4_bit_line_as_printed() {
+    let circuit = circuit("circuits/dda/line_as_printed.json", &[("W", 4)]);
+    let mut bench = Bench::new(&circuit, Columns::DDA);
+    let inputs = ["xh", "yh", "dx", "dy"].map(|name| bench.input(name));
+    for line in every_line(4) {
+        let values = [line.xh, line.yh, line.dx, line.dy].map(|v| v as u64);
+        let values: Vec<_> = inputs.into_iter().zip(values).collect();
+        let mut algorithm = DdaLinePrinted::new(line, &Options::default()).unwrap();
+        bench.draw(&values, &mut algorithm).unwrap_or_else(|fault| panic!("{line:?}, {fault}"));
+    }
+}
+
+/// As far as the bound of the watchdog, where not all of them end.
+#[test]
+fn every_4_bit_arc_as_printed() {
+    for parallel in [false, true] {
+        let circuit = circuit("circuits/dda/circle_as_printed.json", &[("W", 4), ("PARALLEL", i64::from(parallel))]);
+        let mut bench = Bench::new(&circuit, Columns::DDA);
+        let inputs = ["xh", "yh", "dx", "dy"].map(|name| bench.input(name));
+        let (mut arcs, mut missed) = (0, 0);
+        for arc in every_arc(4) {
+            let values = [arc.xh, arc.yh, arc.dx, arc.dy].map(|v| v as u64);
+            let values: Vec<_> = inputs.into_iter().zip(values).collect();
+            let mut algorithm = DdaCirclePrinted::new(arc, &Options { parallel, ..Options::default() }).unwrap();
+            let bound = algorithm.bound();
+            let last = bench.draw_for(&values, &mut algorithm, bound);
+            arcs += 1;
+            missed += usize::from(!last.unwrap_or_else(|fault| panic!("{arc:?}, {fault}")).end);
+        }
+        println!("{missed} of {arcs} arcs of 4 bits miss their end as printed, parallel: {parallel}");
+        assert!(missed > 0 && missed < arcs);
+    }
 }
 
 /// The quarter arcs of every radius.

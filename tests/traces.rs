@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use discreta::interpolate::{
-    ArcInput, ArcPath, CurveInput, DdaCircle, DdaCurve, DdaLine, DdaLine3d, EfCircle, EfCircleFast, EfCirclePrinted,
-    EfLine, EfLine3d, EfLineFast, EfLineFastPrinted, InputError, Interpolator, Karibsky, KaribskyPrinted, Line3dInput,
-    LineInput, Method, Options, Printed, Quadrants, Request,
+    ArcInput, ArcPath, CurveInput, DdaCircle, DdaCirclePrinted, DdaCurve, DdaLine, DdaLine3d, DdaLinePrinted, EfCircle,
+    EfCircleFast, EfCirclePrinted, EfLine, EfLine3d, EfLineFast, EfLineFastPrinted, InputError, Interpolator, Karibsky,
+    KaribskyPrinted, Line3dInput, LineInput, Method, Options, Printed, Quadrants, Request,
 };
 use vcd::{IdCode, ScopeItem, Value};
 
@@ -28,6 +28,10 @@ const ALGORITHMS: &[(&str, Start)] = &[
     ("evaluation/fast_line_", |net| Box::new(EfLineFast::new(line(net, 8)).unwrap())),
     ("evaluation/fast_circle_cw_", |net| Box::new(EfCircleFast::new(arc(net, true)).unwrap())),
     ("evaluation/fast_circle_", |net| Box::new(EfCircleFast::new(arc(net, false)).unwrap())),
+    ("dda/line_as_printed_", |net| Box::new(DdaLinePrinted::new(line(net, 3), &Options::default()).unwrap())),
+    ("dda/circle_as_printed_", |net| {
+        Box::new(DdaCirclePrinted::new(dda_arc(net, 3, false), &Options::default()).unwrap())
+    }),
     ("dda/line_half_", |net| dda_line(net, 3, Options { half_preload: true, ..Options::default() })),
     ("dda/line_normalised_", |net| dda_line(net, 8, Options { normalise: true, ..Options::default() })),
     ("dda/line_", |net| dda_line(net, 3, Options::default())),
@@ -78,8 +82,11 @@ fn dda_line(net: &dyn Fn(&str) -> i64, bits: u32, options: Options) -> Box<dyn I
 }
 
 fn dda_circle(net: &dyn Fn(&str) -> i64, bits: u32, clockwise: bool, options: Options) -> Box<dyn Interpolator> {
-    let input = ArcInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), f0: 0, clockwise, bits };
-    Box::new(DdaCircle::new(input, &options).unwrap())
+    Box::new(DdaCircle::new(dda_arc(net, bits, clockwise), &options).unwrap())
+}
+
+fn dda_arc(net: &dyn Fn(&str) -> i64, bits: u32, clockwise: bool) -> ArcInput {
+    ArcInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), f0: 0, clockwise, bits }
 }
 
 fn line_3d(net: &dyn Fn(&str) -> i64, bits: u32) -> Line3dInput {

@@ -95,8 +95,14 @@ impl<'c> Bench<'c> {
         Ok(())
     }
 
-    /// Draws with these inputs and compares each clock with the algorithm, at both levels of `dt`, and two clocks more.
-    pub fn draw(&mut self, inputs: &[(Input, u64)], algorithm: &mut dyn Interpolator) -> Result<(), String> {
+    /// Draws with these inputs and compares each clock with the algorithm, at both levels of `dt`, until the end and two
+    /// clocks more, but not more than `most` clocks. What the algorithm comes to.
+    pub fn draw_for(
+        &mut self,
+        inputs: &[(Input, u64)],
+        algorithm: &mut dyn Interpolator,
+        most: u64,
+    ) -> Result<Clock, String> {
         for &(input, value) in inputs {
             self.sim.set(input, value);
         }
@@ -114,7 +120,7 @@ impl<'c> Bench<'c> {
             self.sim.set(input, !value);
         }
         let mut beyond = 0;
-        while beyond < 2 {
+        while beyond < 2 && clock < most {
             let next = algorithm.next();
             clock += 1;
             // while dt is high: the pulses, and the registers as they were
@@ -136,6 +142,12 @@ impl<'c> Bench<'c> {
             self.check(&self.values(&last, [0; 3])).map_err(at(clock, 0))?;
         }
         self.clocks += clock;
+        Ok(last)
+    }
+
+    /// Draws with these inputs to the end, comparing as [`draw_for`](Bench::draw_for).
+    pub fn draw(&mut self, inputs: &[(Input, u64)], algorithm: &mut dyn Interpolator) -> Result<(), String> {
+        let last = self.draw_for(inputs, algorithm, u64::MAX)?;
         let stopped = algorithm.stopped();
         match &self.stops {
             Some((overflow, watchdog)) => {

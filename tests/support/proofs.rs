@@ -2,9 +2,9 @@
 
 use discreta::circuit::Circuit;
 use discreta::interpolate::{
-    ArcInput, ArcPath, Clock, Columns, CurveInput, DdaCircle, DdaCurve, DdaLine, DdaLine3d, EfCircle, EfCircleFast,
-    EfLine, EfLine3d, EfLineFast, EfLineFastPrinted, InputError, Interpolator, Karibsky, Line3dInput, LineInput,
-    Method, Options, Quadrants, Request,
+    ArcInput, ArcPath, Clock, Columns, CurveInput, DdaCircle, DdaCirclePrinted, DdaCurve, DdaLine, DdaLine3d,
+    DdaLinePrinted, EfCircle, EfCircleFast, EfLine, EfLine3d, EfLineFast, EfLineFastPrinted, InputError, Interpolator,
+    Karibsky, Line3dInput, LineInput, Method, Options, Quadrants, Request,
 };
 
 use super::bench::Bench;
@@ -94,6 +94,13 @@ pub const PROOFS: &[Proof] = &[
         path: "dda/circle.json",
         parameters: &[("W", 3), ("CLOCKWISE", 1), ("NORMALISE", 1)],
         cases: || dda_circles(true, Options { normalise: true, ..PLAIN }),
+    },
+    Proof { path: "dda/line_as_printed.json", parameters: &[("W", 3)], cases: dda_lines_as_printed },
+    Proof { path: "dda/circle_as_printed.json", parameters: &[("W", 3)], cases: || dda_circles_as_printed(PLAIN) },
+    Proof {
+        path: "dda/circle_as_printed.json",
+        parameters: &[("W", 3), ("PARALLEL", 1)],
+        cases: || dda_circles_as_printed(Options { parallel: true, ..PLAIN }),
     },
     Proof { path: "dda/line_gates.json", parameters: &[("W", 3)], cases: || dda_lines(PLAIN) },
     Proof {
@@ -324,16 +331,33 @@ fn dda_lines(options: Options) -> Vec<Case> {
     lines(|input| Box::new(WithShifts(DdaLine::new(input, &options).unwrap())))
 }
 
-/// Every arc of 3 bits that is not refused.
-fn dda_circles(clockwise: bool, options: Options) -> Vec<Case> {
+fn dda_lines_as_printed() -> Vec<Case> {
+    lines(|input| Box::new(DdaLinePrinted::new(input, &PLAIN).unwrap()))
+}
+
+/// Every arc of 3 bits for which there is an algorithm.
+fn arcs_of_3_bits(clockwise: bool, algorithm: impl Fn(ArcInput) -> Option<Box<dyn Interpolator>>) -> Vec<Case> {
     let points = || (0..8).flat_map(|x| (0..8).map(move |y| (x, y)));
     let inputs = points().flat_map(|from| points().map(move |to| ArcInput::between(from, to, clockwise, 3)));
     let cases = inputs.filter_map(|input| {
-        let circle = DdaCircle::new(input, &options).ok()?;
         let inputs = [("dx", input.dx), ("dy", input.dy), ("xh", input.xh), ("yh", input.yh)];
-        Some((inputs.map(|(name, v)| (name, v as u64)).to_vec(), Box::new(WithShifts(circle)) as Box<dyn Interpolator>))
+        Some((inputs.map(|(name, v)| (name, v as u64)).to_vec(), algorithm(input)?))
     });
     cases.collect()
+}
+
+/// Those that are not refused.
+fn dda_circles(clockwise: bool, options: Options) -> Vec<Case> {
+    arcs_of_3_bits(clockwise, |input| Some(Box::new(WithShifts(DdaCircle::new(input, &options).ok()?))))
+}
+
+/// Those that come to their end by the printed program, some of them far beyond it.
+fn dda_circles_as_printed(options: Options) -> Vec<Case> {
+    arcs_of_3_bits(false, |input| {
+        let printed = DdaCirclePrinted::new(input, &options).ok()?;
+        let ends = printed.state().end || printed.clone().take(100).any(|clock| clock.end);
+        ends.then(|| Box::new(printed) as Box<dyn Interpolator>)
+    })
 }
 
 /// Curves of each kind in 5 bits, counter-clockwise.
