@@ -28,11 +28,13 @@
 pub mod cell;
 pub mod circuit;
 pub mod cli;
+pub mod compare;
 pub mod diag;
 pub mod engine;
 pub mod interpolate;
 pub mod json;
 pub mod netlist;
+pub mod plot;
 pub mod scenario;
 mod simulator;
 mod timescale;

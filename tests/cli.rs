@@ -542,22 +542,6 @@ fn schemas_are_json() {
     }
 }
 
-#[test]
-fn interpolate_prints_in_every_format() {
-    let ef = |more: &[&str]| run(&[&["interpolate", "ef-line", "--to", "5,3"], more].concat());
-    assert_eq!(ef(&["--format", "steps"]), (0, "XYXYXXYX\n".into(), String::new()));
-    let (status, csv, _) = ef(&["--format", "csv"]);
-    assert_eq!((status, csv.lines().count(), csv.lines().next()), (0, 9, Some("clock,step,x,y,xt,yt,kox,koy,f,end")));
-    assert!(csv.lines().last().unwrap().starts_with("8,X,1,0,5,3,0,0,"), "{csv}");
-    let (status, json, _) = ef(&["--format", "json"]);
-    let json: Value = serde_json::from_str(&json).unwrap();
-    assert_eq!((status, json["clocks"].as_array().unwrap().len()), (0, 8));
-    assert_eq!(ef(&[]).1.lines().count(), 10, "a header and the start");
-    refused(&["interpolate", "ef-lin", "--to", "5,3"], &["there is ef-line"]);
-    refused(&["interpolate", "ef-line", "--to", "5"], &["write it as two whole numbers, X,Y"]);
-    refused(&["interpolate", "ef-line", "--to", "99999999999,3"], &["is above 4294967295"]);
-}
-
 /// Input that nobody would type, to see that it is refused and not guessed at.
 #[test]
 fn nothing_is_read_from_standard_input() {

@@ -115,6 +115,7 @@ fn every_kind_of_curve_gets_to_its_end() {
 }
 
 const REGISTERS: &str = "circuits/dda/curve.json";
+const GATES: &str = "circuits/dda/curve_gates.json";
 
 /// How often the circuit did what.
 #[derive(Debug, Default, PartialEq, Eq)]
@@ -182,6 +183,13 @@ fn the_circuit_agrees_on_every_clock() {
 }
 
 #[test]
+fn the_circuit_of_gates_agrees_on_every_clock() {
+    for (bits, curves) in [(4, 12), (6, 3)] {
+        assert!(follow_all(GATES, bits, curves).ended >= 6 * 4 * curves * 9 / 10);
+    }
+}
+
+#[test]
 fn the_circuit_agrees_in_other_widths() {
     follow_all(REGISTERS, 11, 1);
 }
@@ -200,6 +208,7 @@ fn the_circuit_agrees_as_printed() {
         for clockwise in [false, true] {
             let inputs: Vec<_> = inputs.iter().copied().filter(|i| i.clockwise == clockwise).collect();
             follow(REGISTERS, &inputs, (false, false), printed, &mut count);
+            follow(GATES, &inputs[..8], (true, true), printed, &mut count);
         }
     }
     println!("{count:?}");

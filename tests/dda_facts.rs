@@ -318,23 +318,26 @@ fn as_printed_quarters_miss_their_end() {
 
 #[test]
 fn what_cannot_be_drawn_is_refused_with_its_limit() {
-    let message = |method, from: [i64; 2], to: [i64; 2], options| {
-        let request =
-            Request { from: [from[0], from[1], 0], bits: Some(8), options, ..Request::new(method, [to[0], to[1], 0]) };
-        request.draw().map(|_| ()).unwrap_err().to_string()
+    let line = |dx, dy, options| DdaLine::new(LineInput::new(dx, dy), &options).map(|_| ()).unwrap_err().to_string();
+    assert_eq!(line(256, 0, PLAIN), "DX = 256 is above 255, the greatest of 8 bits");
+    assert_eq!(line(5, 4, Options { parallel: true, ..PLAIN }), "dda-line has no option --parallel");
+    let arc = |from, to, options| {
+        DdaCircle::new(ArcInput::between(from, to, false, 8), &options).map(|_| ()).unwrap_err().to_string()
     };
-    let circle = |from, to| message(Method::DdaCircle, from, to, PLAIN);
-    assert_eq!(message(Method::DdaLine, [0, 0], [256, 0], PLAIN), "DX = 256 is above 255, the greatest of 8 bits");
-    assert_eq!(circle([256, 0], [0, 256]), "XH = 256 is outside -128..255, what 8 bits hold");
-    assert_eq!(circle([0, 0], [0, 5]), "the start point is the centre: the radius is 0");
+    assert_eq!(arc((0, 0), (0, 5), PLAIN), "the start point is the centre: the radius is 0");
+    assert_eq!(arc((3, 4), (5, 0), PLAIN), "DX = -2 is negative: the line or arc has to lie in the first quadrant");
     assert_eq!(
-        circle([5, 0], [0, 25]),
+        arc((5, 0), (0, 25), PLAIN),
         "the end point (0, 25) is off the circle: it is 25.00 from the centre, the start point 5.00, and they may differ by \
          less than 2"
     );
-    assert_eq!(circle([3, 4], [5, 0]), "DX = -2 is negative: the line or arc has to lie in the first quadrant");
-    let parallel = Options { parallel: true, ..PLAIN };
-    assert_eq!(message(Method::DdaLine, [0, 0], [5, 4], parallel), "dda-line has no option --parallel");
     let centred = Options { centred: true, ..PLAIN };
-    assert_eq!(message(Method::DdaCircle, [5, 0], [0, 5], centred), "dda-circle has no option --centred");
+    assert_eq!(arc((5, 0), (0, 5), centred), "dda-circle has no option --centred");
+    let request = Request {
+        from: [5, 0, 0],
+        options: Options { as_printed: true, normalise: true, ..PLAIN },
+        ..Request::new(Method::DdaCircle, [0, 5, 0])
+    };
+    let refused = request.draw().map(|_| ()).unwrap_err().to_string();
+    assert_eq!(refused, "dda-circle has no option --normalise together with --as-printed");
 }

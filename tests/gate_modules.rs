@@ -155,6 +155,12 @@ fn zero_detect(w: u32) -> Pair {
     Pair::new("zero_detect", json!({ "W": w }), &[("a", w)], &[("y", 1)], "is_zero", json!({ "width": w }))
 }
 
+fn signed_multiplier(a: u32, b: u32) -> Pair {
+    let element = json!({ "a_width": a, "b_width": b, "signed": 1 });
+    let ins = [("a", a), ("b", b)];
+    Pair::new("signed_multiplier_gates", json!({ "A": a, "B": b }), &ins, &[("y", a + b)], "multiplier", element)
+}
+
 fn bus_mux(w: u32) -> Pair {
     let ins = [("a", w), ("b", w), ("sel_a", 1), ("sel_b", 1)];
     let pair = Pair::new("bus_mux", json!({ "W": w }), &ins, &[("y", w)], "and_or", json!({ "width": w }));
@@ -221,6 +227,7 @@ fn combinational_modules_equal_their_elements_for_every_input() {
     }
     pairs.extend([negate(16), zero_detect(16), bus_mux(7)]);
     pairs.extend([(1, 1), (1, 4), (4, 1), (2, 3), (5, 4), (8, 8)].map(|(a, b)| multiplier(a, b)));
+    pairs.extend([(1, 2), (4, 3), (6, 6)].map(|(a, b)| signed_multiplier(a, b)));
     let mut compared = 0;
     for pair in &pairs {
         let circuit = pair.circuit();
@@ -244,6 +251,7 @@ fn wide_combinational_modules_equal_their_elements_for_random_inputs() {
         bus_mux(30),
         adder(20),
         multiplier(31, 9),
+        signed_multiplier(17, 13),
     ] {
         let circuit = pair.circuit();
         let mut bench = Bench::new(&pair, &circuit);

@@ -11,8 +11,8 @@ use std::process::Command;
 
 use discreta::interpolate::{
     ArcInput, ArcPath, CurveInput, DdaCircle, DdaCurve, DdaLine, DdaLine3d, EfCircle, EfCircleFast, EfCirclePrinted,
-    EfLine, EfLine3d, InputError, Interpolator, Karibsky, KaribskyPrinted, Line3dInput, LineInput, Method, Options,
-    Printed, Quadrants, Request,
+    EfLine, EfLine3d, EfLineFast, EfLineFastPrinted, InputError, Interpolator, Karibsky, KaribskyPrinted, Line3dInput,
+    LineInput, Method, Options, Printed, Quadrants, Request,
 };
 use vcd::{IdCode, ScopeItem, Value};
 
@@ -21,7 +21,13 @@ type Start = fn(&dyn Fn(&str) -> i64) -> Box<dyn Interpolator>;
 
 /// The algorithms, by how the path of a trace below `traces/` begins. The first that fits is taken.
 const ALGORITHMS: &[(&str, Start)] = &[
+    ("evaluation/line_centred_", |net| Box::new(EfLine::centred(line(net, 8)).unwrap())),
     ("evaluation/line_", |net| Box::new(EfLine::new(line(net, 8)).unwrap())),
+    ("evaluation/fast_line_x_", |net| Box::new(EfLineFastPrinted::diagram(line(net, 8)).unwrap())),
+    ("evaluation/fast_line_centred_", |net| Box::new(EfLineFast::centred(line(net, 8)).unwrap())),
+    ("evaluation/fast_line_", |net| Box::new(EfLineFast::new(line(net, 8)).unwrap())),
+    ("evaluation/fast_circle_cw_", |net| Box::new(EfCircleFast::new(arc(net, true)).unwrap())),
+    ("evaluation/fast_circle_", |net| Box::new(EfCircleFast::new(arc(net, false)).unwrap())),
     ("dda/line_half_", |net| dda_line(net, 3, Options { half_preload: true, ..Options::default() })),
     ("dda/line_normalised_", |net| dda_line(net, 8, Options { normalise: true, ..Options::default() })),
     ("dda/line_", |net| dda_line(net, 3, Options::default())),

@@ -6,13 +6,16 @@
 
 pub mod args;
 pub mod check;
+pub mod compare;
 pub mod completions;
 pub mod diff;
+mod drawing;
 pub mod error;
 pub mod interpolate;
 pub mod interrupt;
 pub mod man;
 pub mod output;
+pub mod plot;
 mod prepare;
 pub mod progress;
 pub mod run;
@@ -81,7 +84,9 @@ fn dispatch(command: &Command, out: &mut Out) -> Result<Status, CliError> {
         Command::Test(args) => test::run(args, out),
         Command::Diff(args) => diff::run(args, out),
         Command::Interpolate(args) => interpolate::run(args, out),
+        Command::Plot(args) => plot::run(args, out),
         Command::Stats(args) => stats::run(args, out),
+        Command::Compare(args) => compare::run(args, out),
         Command::Schema(args) => schema::run(args, out),
         Command::Completions(args) => completions::run(args, out),
         Command::Man(args) => man::run(args, out),

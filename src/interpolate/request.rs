@@ -21,6 +21,29 @@ pub struct Options {
     pub centred: bool,
 }
 
+impl Options {
+    /// Refuses what a method does not have.
+    fn check(&self, method: Method) -> Result<(), InputError> {
+        use Method::{DdaCircle, DdaCurve, DdaLine, DdaLine3d, EfLine, EfLine3d, EfLineFast};
+        let printed = !matches!(method, EfLine3d | DdaLine3d);
+        let dda = matches!(method, DdaLine | DdaCircle | DdaCurve | DdaLine3d);
+        let from_old = matches!(method, DdaCircle | DdaCurve);
+        let normalised = matches!(method, DdaLine | DdaCircle);
+        let line = matches!(method, EfLine | EfLineFast | EfLine3d);
+        let all = [
+            ("--as-printed", self.as_printed, printed),
+            ("--half-preload", self.half_preload, dda),
+            ("--parallel", self.parallel, from_old),
+            ("--normalise", self.normalise, normalised),
+            ("--centred", self.centred, line),
+        ];
+        match all.into_iter().find(|&(_, set, has)| set && !has) {
+            Some((option, ..)) => Err(InputError::Option { method, option }),
+            None => Ok(()),
+        }
+    }
+}
+
 /// What is to be drawn, and how.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Request {
@@ -80,8 +103,9 @@ impl Request {
     /// Makes the interpolator.
     ///
     /// # Errors
-    /// If the method cannot draw this, or not in registers of that width.
+    /// If the method cannot draw this, or not in registers of that width, or has not an option that is set.
     pub fn draw(&self) -> Result<Drawing, InputError> {
+        self.options.check(self.method)?;
         match self.bits {
             Some(bits) => self.draw_in(bits),
             // what is refused in every width is told for the widest

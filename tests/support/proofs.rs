@@ -67,6 +67,7 @@ pub const PROOFS: &[Proof] = &[
     Proof { path: "quadrant/fast_circle.json", parameters: &[("W", 3)], cases: fast_quadrants },
     Proof { path: "quadrant/karibsky.json", parameters: &[("W", 3)], cases: karibsky_quadrants },
     Proof { path: "dda/curve.json", parameters: &[("W", 5)], cases: curves },
+    Proof { path: "dda/curve_gates.json", parameters: &[("W", 5)], cases: curves },
     Proof { path: "three_axis/line.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/line_gates.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/dda_line.json", parameters: &[("W", 2)], cases: dda_lines_3d },
