@@ -50,7 +50,7 @@ pub enum Command {
     Plot(PlotArgs),
     /// Count what circuits are made of, and how deep their logic is
     Stats(StatsArgs),
-    /// Measure what the documents say of their methods: equipment, accuracy, simplicity, speed
+    /// Measure what the documents say of their methods
     Compare(CompareArgs),
     /// Print the JSON Schema of the files that you write, for your editor
     Schema(SchemaArgs),
