@@ -18,7 +18,9 @@ pub(in crate::interpolate) fn build(input: LineInput, options: &Options) -> Resu
             let printed = EfLinePrinted::new(input)?;
             Box::new(Watchdog::new(printed, printed.bound()))
         }
-        (true, true) => return Err(InputError::Option { method: Method::EfLine, option: "--centred" }),
+        (true, true) => {
+            return Err(InputError::Option { method: Method::EfLine, option: "--centred with --as-printed" });
+        }
     })
 }
 
