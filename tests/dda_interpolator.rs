@@ -40,14 +40,14 @@ impl Setting {
 
     fn line(self, path: &str, bits: u32) -> Circuit {
         let Setting { half, normalise, .. } = self;
-        circuit(path, &[("W", i64::from(bits)), ("HALF", half.into()), ("NORMALISE", normalise.into())])
+        circuit(path, &[("W", i64::from(bits)), ("HALF_PRELOAD", half.into()), ("NORMALISE", normalise.into())])
     }
 
     fn circle(self, path: &str, bits: u32) -> Circuit {
         let Setting { half, parallel, clockwise, normalise } = self;
         let parameters = [
             ("W", i64::from(bits)),
-            ("HALF", half.into()),
+            ("HALF_PRELOAD", half.into()),
             ("PARALLEL", parallel.into()),
             ("CLOCKWISE", clockwise.into()),
             ("NORMALISE", normalise.into()),

@@ -74,7 +74,7 @@ fn numbers_are_shifted_until_one_has_a_top_bit() {
 fn a_summator_is_an_adder_and_a_register() {
     for (width, half) in [(2, 0), (2, 1), (5, 0), (5, 1), (16, 1)] {
         let cells = json!({
-            "gates": { "type": "summator", "parameters": { "W": width, "HALF": half },
+            "gates": { "type": "summator", "parameters": { "W": width, "HALF_PRELOAD": half },
                        "connections": { "clk": "clk", "d": "d", "reset": "reset", "q": "q", "co": "co" } },
             "adder": { "type": "adder", "parameters": { "width": width },
                        "connections": { "a": "memory", "b": "d", "y": "sum", "co": "carry" } },

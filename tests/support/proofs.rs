@@ -75,19 +75,19 @@ pub const PROOFS: &[Proof] = &[
     Proof { path: "dda/line.json", parameters: &[("W", 3)], cases: || dda_lines(PLAIN) },
     Proof {
         path: "dda/line.json",
-        parameters: &[("W", 3), ("HALF", 1), ("NORMALISE", 1)],
+        parameters: &[("W", 3), ("HALF_PRELOAD", 1), ("NORMALISE", 1)],
         cases: || dda_lines(HALF_NORMALISED),
     },
     Proof { path: "dda/circle.json", parameters: COUNTER_CLOCKWISE, cases: || dda_circles(false, PLAIN) },
     Proof { path: "dda/circle.json", parameters: CLOCKWISE, cases: || dda_circles(true, PLAIN) },
     Proof {
         path: "dda/circle.json",
-        parameters: &[("W", 3), ("HALF", 1), ("PARALLEL", 1)],
+        parameters: &[("W", 3), ("HALF_PRELOAD", 1), ("PARALLEL", 1)],
         cases: || dda_circles(false, Options { half_preload: true, parallel: true, ..PLAIN }),
     },
     Proof {
         path: "dda/circle.json",
-        parameters: &[("W", 3), ("HALF", 1), ("NORMALISE", 1)],
+        parameters: &[("W", 3), ("HALF_PRELOAD", 1), ("NORMALISE", 1)],
         cases: || dda_circles(false, HALF_NORMALISED),
     },
     Proof {
@@ -105,19 +105,19 @@ pub const PROOFS: &[Proof] = &[
     Proof { path: "dda/line_gates.json", parameters: &[("W", 3)], cases: || dda_lines(PLAIN) },
     Proof {
         path: "dda/line_gates.json",
-        parameters: &[("W", 3), ("HALF", 1), ("NORMALISE", 1)],
+        parameters: &[("W", 3), ("HALF_PRELOAD", 1), ("NORMALISE", 1)],
         cases: || dda_lines(HALF_NORMALISED),
     },
     Proof { path: "dda/circle_gates.json", parameters: COUNTER_CLOCKWISE, cases: || dda_circles(false, PLAIN) },
     Proof { path: "dda/circle_gates.json", parameters: CLOCKWISE, cases: || dda_circles(true, PLAIN) },
     Proof {
         path: "dda/circle_gates.json",
-        parameters: &[("W", 3), ("HALF", 1), ("PARALLEL", 1)],
+        parameters: &[("W", 3), ("HALF_PRELOAD", 1), ("PARALLEL", 1)],
         cases: || dda_circles(false, Options { half_preload: true, parallel: true, ..PLAIN }),
     },
     Proof {
         path: "dda/circle_gates.json",
-        parameters: &[("W", 3), ("HALF", 1), ("NORMALISE", 1)],
+        parameters: &[("W", 3), ("HALF_PRELOAD", 1), ("NORMALISE", 1)],
         cases: || dda_circles(false, HALF_NORMALISED),
     },
     Proof {
