@@ -30,6 +30,7 @@ pub mod circuit;
 pub mod cli;
 pub mod diag;
 pub mod engine;
+pub mod exchange;
 pub mod interpolate;
 pub mod json;
 pub mod netlist;

@@ -5,11 +5,15 @@
 //! queue, no files.
 
 pub mod arith;
+pub mod carry;
+pub mod choose;
 pub mod counter;
+pub mod divide;
 pub mod element;
 pub mod equipment;
 pub mod gate;
 pub mod select;
+pub mod shift;
 pub mod storage;
 pub mod time;
 
@@ -18,11 +22,14 @@ use crate::value::Word;
 use crate::value::word::{extract, words};
 
 pub use arith::AddOp;
+pub use carry::Alu;
 pub use counter::{Accumulator, Counter};
+pub use divide::DivideOp;
 pub use element::{Argument, Arguments, Element, element, elements};
 pub use equipment::{Equipment, Flow, Parts};
 pub use gate::GateOp;
 pub use select::CompareOp;
+pub use shift::ShiftOp;
 pub use storage::{Edge, Flop};
 pub use time::{Clock, Rc};
 
@@ -84,6 +91,80 @@ pub enum CellKind {
         /// Two's complement.
         signed: bool,
     },
+    /// Shifter by a variable amount, or selector of a part.
+    Shift {
+        /// What it does.
+        op: ShiftOp,
+        /// Bits of `a`.
+        a_width: u32,
+        /// Bits of `b`, the amount.
+        b_width: u32,
+        /// Bits of the result.
+        width: u32,
+    },
+    /// Divider.
+    Divide {
+        /// What it gives.
+        op: DivideOp,
+        /// Bits of the operands and of the result.
+        width: u32,
+        /// Two's complement.
+        signed: bool,
+    },
+    /// Power.
+    Power {
+        /// Bits of the base and of the result.
+        width: u32,
+        /// Bits of the exponent.
+        b_width: u32,
+        /// The base is in two's complement.
+        a_signed: bool,
+        /// The exponent is in two's complement.
+        b_signed: bool,
+    },
+    /// Multiplexer with a select line for each input and one that holds while none is active.
+    OneHotMux {
+        /// Bits of each input.
+        width: u32,
+        /// Number of select lines.
+        inputs: u32,
+    },
+    /// Demultiplexer.
+    Demux {
+        /// Bits of the input and of each output.
+        width: u32,
+        /// Bits of the select; there are 2^select outputs.
+        select: u32,
+    },
+    /// Multiplexer with a select for each bit.
+    BitMux {
+        /// Bits.
+        width: u32,
+    },
+    /// Whether bits are the same of 0, 1, x and z, bit by bit.
+    BitSame {
+        /// Bits.
+        width: u32,
+    },
+    /// Sum of products.
+    Products {
+        /// Bits of the input.
+        width: u32,
+        /// For each product, for each 64 inputs, those that it wants to be 0 and those that it wants to be 1.
+        table: Box<[(u64, u64)]>,
+    },
+    /// Full adders side by side.
+    CarrySave {
+        /// Bits.
+        width: u32,
+    },
+    /// Carry chain.
+    Carry {
+        /// Bits.
+        width: u32,
+    },
+    /// Adder and subtractor with all its carries.
+    Alu(Alu),
     /// Zero detector.
     IsZero {
         /// Bits of the operand.
@@ -114,6 +195,9 @@ pub enum CellKind {
     Latch(Box<Flop>),
     /// D flip-flop or register.
     Flop(Box<Flop>),
+    /// D flip-flop whose asynchronous controls act when they become active, as an `always` block does that waits for
+    /// their edges: what is loaded does not follow `ad` afterwards, and a set does not act when a reset ends.
+    EdgeFlop(Box<Flop>),
     /// Counter.
     Counter(Box<Counter>),
     /// Accumulator.
@@ -126,6 +210,8 @@ pub enum CellKind {
         width: u32,
         /// Ticks.
         ticks: u64,
+        /// What comes out before anything has got through; x if nothing is said.
+        init: Option<Box<Value>>,
     },
     /// RC node with a threshold.
     RcDelay(Rc),
@@ -144,6 +230,8 @@ pub enum Role {
     Level,
     /// A control that is read at the clock edge.
     Enable,
+    /// A control that acts when it becomes active, as the clock does at its rising edge.
+    Trigger,
     /// The input of a delay: its change changes an output later.
     Delayed,
 }
@@ -167,7 +255,7 @@ const fn high(name: &'static str, role: Role) -> Pin {
     Pin { name, role, default: true }
 }
 
-use Role::{Data, Delayed, Enable, Level, Sampled};
+use Role::{Data, Delayed, Enable, Level, Sampled, Trigger};
 const CLK: Pin = pin("clk", Role::Clock);
 const UNARY: &[Pin] = &[pin("a", Data)];
 const BINARY: &[Pin] = &[pin("a", Data), pin("b", Data)];
@@ -192,6 +280,20 @@ const FLOP: &[Pin] = &[
     pin("sync_reset", Enable),
 ];
 const LATCH: &[Pin] = &[pin("en", Level), pin("d", Data), pin("set", Level), pin("reset", Level)];
+const ONE_HOT: &[Pin] = &[pin("a", Data), pin("b", Data), pin("s", Data)];
+const DEMUX: &[Pin] = &[pin("a", Data), pin("s", Data)];
+const CARRY_SAVE: &[Pin] = &[pin("a", Data), pin("b", Data), pin("c", Data)];
+const CARRY: &[Pin] = &[pin("p", Data), pin("g", Data), pin("ci", Data)];
+const ALU: &[Pin] = &[pin("a", Data), pin("b", Data), pin("ci", Data), pin("bi", Data)];
+const EDGE_FLOP: &[Pin] = &[
+    CLK,
+    pin("d", Sampled),
+    pin("ad", Sampled),
+    pin("aload", Trigger),
+    pin("set", Trigger),
+    pin("reset", Trigger),
+    high("en", Enable),
+];
 const COUNTER: &[Pin] = &[
     CLK,
     pin("d", Data),
@@ -216,6 +318,16 @@ impl CellKind {
             CellKind::Adder { op: AddOp::Sub, .. } => SUB,
             CellKind::Adder { op: AddOp::AddSub, .. } => ADD_SUB,
             CellKind::HalfAdder | CellKind::Multiply { .. } | CellKind::Compare { .. } => BINARY,
+            CellKind::Shift { .. } | CellKind::Divide { .. } | CellKind::Power { .. } | CellKind::BitSame { .. } => {
+                BINARY
+            }
+            CellKind::OneHotMux { .. } | CellKind::BitMux { .. } => ONE_HOT,
+            CellKind::Demux { .. } => DEMUX,
+            CellKind::Products { .. } => UNARY,
+            CellKind::CarrySave { .. } => CARRY_SAVE,
+            CellKind::Carry { .. } => CARRY,
+            CellKind::Alu(_) => ALU,
+            CellKind::EdgeFlop(_) => EDGE_FLOP,
             CellKind::Tristate { .. } => TRISTATE,
             CellKind::Constant(_) | CellKind::Clock(_) => &[],
             CellKind::Sr { .. } => SR,
@@ -234,6 +346,10 @@ impl CellKind {
             CellKind::HalfAdder | CellKind::FullAdder => &["s", "co"],
             CellKind::Adder { op: AddOp::Sub, .. } => &["y", "bo"],
             CellKind::Adder { .. } => &["y", "co"],
+            CellKind::CarrySave { .. } => &["x", "y"],
+            CellKind::Carry { .. } => &["co"],
+            CellKind::Alu(_) => &["x", "y", "co"],
+            CellKind::EdgeFlop(_) => &["q"],
             CellKind::Sr { .. } | CellKind::Latch(_) | CellKind::Flop(_) => &["q", "qn"],
             CellKind::Counter(_) => &["q", "zero"],
             CellKind::Accumulator(_) => &["q", "co"],
@@ -264,6 +380,18 @@ impl CellKind {
             (CellKind::Multiply { b_width, .. }, _) => *b_width,
             (CellKind::Compare { width, .. } | CellKind::IsZero { width } | CellKind::Delay { width, .. }, _) => *width,
             (CellKind::Tristate { width }, 0) => *width,
+            (CellKind::Shift { a_width, .. }, 0) => *a_width,
+            (CellKind::Shift { b_width, .. }, _) | (CellKind::Power { b_width, .. }, 1) => *b_width,
+            (CellKind::Divide { width, .. } | CellKind::Power { width, .. }, _) => *width,
+            (CellKind::OneHotMux { width, .. } | CellKind::Demux { width, .. }, 0) => *width,
+            (CellKind::OneHotMux { width, inputs }, 1) => width * inputs,
+            (CellKind::OneHotMux { inputs, .. }, _) => *inputs,
+            (CellKind::Demux { select, .. }, _) => *select,
+            (CellKind::BitMux { width } | CellKind::BitSame { width } | CellKind::Products { width, .. }, _) => *width,
+            (CellKind::CarrySave { width }, _) | (CellKind::Carry { width }, 0 | 1) => *width,
+            (CellKind::Alu(alu), 0) => alu.a_width,
+            (CellKind::Alu(alu), 1) => alu.b_width,
+            (CellKind::EdgeFlop(f), 1 | 2) => f.init.width(),
             (CellKind::Latch(f) | CellKind::Flop(f), 1) => f.init.width(),
             (CellKind::Counter(c), 1) => c.init.width(),
             (CellKind::Accumulator(a), 1) => a.init.width(),
@@ -282,9 +410,20 @@ impl CellKind {
                 | CellKind::Tristate { width }
                 | CellKind::Resolve { width, .. }
                 | CellKind::Delay { width, .. }
-                | CellKind::Adder { width, .. },
+                | CellKind::Adder { width, .. }
+                | CellKind::Shift { width, .. }
+                | CellKind::Divide { width, .. }
+                | CellKind::Power { width, .. }
+                | CellKind::OneHotMux { width, .. }
+                | CellKind::BitMux { width }
+                | CellKind::BitSame { width }
+                | CellKind::Carry { width },
                 0,
             ) => *width,
+            (CellKind::CarrySave { width }, _) => *width,
+            (CellKind::Demux { width, select }, _) => width << select,
+            (CellKind::Alu(alu), _) => alu.width,
+            (CellKind::EdgeFlop(f), _) => f.init.width(),
             (CellKind::Multiply { a_width, b_width, .. }, _) => a_width + b_width,
             (CellKind::Constant(v), _) => v.width(),
             (CellKind::Latch(f) | CellKind::Flop(f), _) => f.init.width(),
@@ -298,7 +437,7 @@ impl CellKind {
     #[must_use]
     pub fn edge(&self) -> Option<Edge> {
         match self {
-            CellKind::Flop(f) => Some(f.edge),
+            CellKind::Flop(f) | CellKind::EdgeFlop(f) => Some(f.edge),
             CellKind::Counter(c) => Some(c.edge),
             CellKind::Accumulator(a) => Some(a.edge),
             _ => None,
@@ -310,7 +449,7 @@ impl CellKind {
     pub fn init(&self) -> Option<&Value> {
         match self {
             CellKind::Sr { init, .. } => Some(init),
-            CellKind::Latch(f) | CellKind::Flop(f) => Some(&f.init),
+            CellKind::Latch(f) | CellKind::Flop(f) | CellKind::EdgeFlop(f) => Some(&f.init),
             CellKind::Counter(c) => Some(&c.init),
             CellKind::Accumulator(a) => Some(&a.init),
             _ => None,
@@ -350,6 +489,27 @@ pub fn evaluate(kind: &CellKind, ins: &[&[Word]], outs: &mut [&mut [Word]]) {
             arith::multiply(*a_width, *b_width, *signed, ins[0], ins[1], outs[0])
         }
         CellKind::Compare { op, width, signed } => outs[0][0] = select::compare(*op, *width, *signed, ins[0], ins[1]),
+        CellKind::Shift { op, a_width, b_width, width } => {
+            shift::shift(*op, *a_width, *b_width, *width, ins[0], ins[1], outs[0]);
+        }
+        CellKind::Divide { op, width, signed } => divide::divide(*op, *width, *signed, ins[0], ins[1], outs[0]),
+        CellKind::Power { width, b_width, a_signed, b_signed } => {
+            divide::power(*width, *b_width, (*a_signed, *b_signed), ins[0], ins[1], outs[0]);
+        }
+        CellKind::OneHotMux { width, inputs } => choose::one_hot(*width, *inputs, ins[0], ins[1], ins[2], outs[0]),
+        CellKind::Demux { width, select } => choose::demux(*width, *select, ins[0], ins[1][0], outs[0]),
+        CellKind::BitMux { width } => choose::bit_mux(*width, ins[0], ins[1], ins[2], outs[0]),
+        CellKind::BitSame { width } => choose::bit_same(*width, ins[0], ins[1], outs[0]),
+        CellKind::Products { width, table } => outs[0][0] = choose::products(*width, table, ins[0]),
+        CellKind::CarrySave { width } => {
+            let [x, y] = outs else { unreachable!("two outputs") };
+            carry::carry_save(*width, ins[0], ins[1], ins[2], x, y);
+        }
+        CellKind::Carry { width } => carry::chain(*width, ins[0], ins[1], ins[2][0], outs[0]),
+        CellKind::Alu(alu) => {
+            let [x, y, co] = outs else { unreachable!("three outputs") };
+            alu.add(ins, [x, y, co]);
+        }
         CellKind::IsZero { width } => outs[0][0] = gate::is_zero(*width, ins[0]),
         CellKind::Tristate { width } => select::tristate(*width, ins[0], ins[1][0], outs[0]),
         CellKind::Resolve { width, inputs } => select::resolve(*width, *inputs, ins[0], outs[0]),
@@ -378,7 +538,7 @@ pub fn evaluate(kind: &CellKind, ins: &[&[Word]], outs: &mut [&mut [Word]]) {
                 *y = w;
             }
         }
-        CellKind::Clock(_) | CellKind::Delay { .. } | CellKind::RcDelay(_) => {}
+        CellKind::EdgeFlop(_) | CellKind::Clock(_) | CellKind::Delay { .. } | CellKind::RcDelay(_) => {}
     }
 }
 
@@ -413,6 +573,18 @@ pub fn clocked(kind: &CellKind, ins: &[&[Word]], q: &[Word], next: &mut [Word]) 
             };
             for (i, (set_value, reset_value)) in f.set_value.words().zip(f.reset_value.words()).enumerate() {
                 next[i] = storage::clocked(q[i], d[i], &c, set_value, reset_value);
+            }
+        }
+        CellKind::EdgeFlop(f) => {
+            let [_, d, ad, aload, set, reset, en] = ins else { unreachable!("it has seven pins") };
+            for (i, (set_value, reset_value)) in f.set_value.words().zip(f.reset_value.words()).enumerate() {
+                next[i] = match () {
+                    () if reset[0].is_one() => reset_value,
+                    () if set[0].is_one() => set_value,
+                    () if aload[0].is_one() => ad[i],
+                    () if en[0].is_one() => d[i],
+                    () => q[i],
+                };
             }
         }
         CellKind::Counter(k) => {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value as Json, json};
 
-use super::args::{EngineArgs, Format, RunArgs, XControl};
+use super::args::{ElaborationArgs, EngineArgs, Format, RunArgs, XControl};
 use super::prepare::{Changes, Prepared, cycles, prepare};
 use super::progress::Progress;
 use super::{CliError, Out, Status, interrupt};
@@ -26,10 +26,11 @@ use crate::wave::vcd::VcdWriter;
 /// Faults of the circuit or scenario, a circuit that does not settle, a waveform that cannot be written.
 pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
     interrupt::watch();
-    let mut loader = Loader::new(limits(&args.elaboration.limit)?);
+    let mut loader = loader(&args.elaboration)?;
     let changes = Changes {
         parameters: &args.elaboration.parameter,
         sets: &args.set,
+        clocks: &args.clock,
         cycles: args.cycles,
         time: args.time.as_deref(),
         until: args.until.as_ref(),
@@ -90,12 +91,21 @@ fn is_special(path: &Path) -> bool {
 }
 
 /// The limits as raised on the command line.
-pub(super) fn limits(changes: &[super::args::Assignment]) -> Result<Limits, CliError> {
+fn limits(changes: &[super::args::Assignment]) -> Result<Limits, CliError> {
     let mut limits = Limits::default();
     for a in changes {
         limits.set(&format!("{}={}", a.name, a.value)).map_err(CliError::usage)?;
     }
     Ok(limits)
+}
+
+/// A loader as the command line wants it.
+pub(super) fn loader(args: &ElaborationArgs) -> Result<Loader, CliError> {
+    let mut loader = Loader::new(limits(&args.limit)?);
+    if let Some(top) = &args.top {
+        loader.set_top(top);
+    }
+    Ok(loader)
 }
 
 /// What was prepared, if it may be run.

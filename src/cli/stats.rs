@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::args::{Format, StatsArgs};
 use super::prepare::circuit_of;
-use super::run::{limits, rendered};
+use super::run::{loader, rendered};
 use super::{CliError, Out, Status};
 use crate::cell::{Edge, Equipment, Parts};
 use crate::circuit::Loader;
@@ -36,7 +36,7 @@ pub fn run(args: &StatsArgs, out: &mut Out) -> Result<Status, CliError> {
     let mut reports = Vec::new();
     let mut faulty = String::new();
     for path in &args.circuit {
-        let mut loader = Loader::new(limits(&args.elaboration.limit)?);
+        let mut loader = loader(&args.elaboration)?;
         let Some(report) = report(&mut loader, path, args) else {
             loader.diagnostics.drop_warnings(|_| true);
             loader.diagnostics.sort();
@@ -207,6 +207,8 @@ fn equipment(s: &Stats) -> Vec<Row> {
     let mut parts = |name: &str, p: Parts, note: &str| row(name, p.number, format!("{}{note}", bits(p.bits)));
     parts("adders", e.adders, "");
     parts("multipliers", e.multipliers, " of product");
+    parts("dividers", e.dividers, "");
+    parts("shifters", e.shifters, "");
     parts("comparators", e.comparators, "");
     parts("multiplexers", e.multiplexers, "");
     parts("counters", e.counters, ", among the flip-flops");

@@ -10,7 +10,7 @@ use crate::cell::CellKind;
 use crate::circuit::{Circuit, Name};
 use crate::diag::{Code, Diagnostic, Diagnostics, Span};
 use crate::json::{Recover, Spanned};
-use crate::netlist::{Driver, NetId, Netlist, SignalId};
+use crate::netlist::{CellId, Driver, NetId, Netlist, SignalId};
 
 /// Cycles that a run takes at most if nothing is said.
 pub const DEFAULT_CYCLES: u64 = 1_000_000;
@@ -321,11 +321,20 @@ impl Resolver<'_> {
                 ),
                 // its fault is told
                 (_, None) if clocked => {}
-                (_, None) => self.diagnostics.push(
-                    Diagnostic::new(Code::BadScenario, "there is no clock whose cycles could be counted")
-                        .at(cycles.span(), "")
-                        .help("limit the run by `time`"),
-                ),
+                (_, None) => {
+                    let clock = Resolver::clocked_by_inputs(self.netlist)
+                        .next()
+                        .map(|(_, input)| &self.netlist.signal(input).name);
+                    let help = match clock {
+                        Some(name) => format!("drive one: `--clock {name}=10ns`; or limit the run by `time`"),
+                        None => "limit the run by `time`".to_owned(),
+                    };
+                    self.diagnostics.push(
+                        Diagnostic::new(Code::BadScenario, "there is no clock whose cycles could be counted")
+                            .at(cycles.span(), "")
+                            .help(help),
+                    );
+                }
             }
         }
         last.unwrap_or_else(|| clock.map_or(DEFAULT_CYCLES, |c| end(DEFAULT_CYCLES, c)))
@@ -333,7 +342,7 @@ impl Resolver<'_> {
 
     fn trace(&mut self, globs: Option<&[Spanned<String>]>) -> Vec<SignalId> {
         let all = self.netlist.signal_ids();
-        let Some(globs) = globs else { return all.collect() };
+        let Some(globs) = globs else { return all.filter(|&s| !self.netlist.signal(s).hidden).collect() };
         let paths: Vec<String> = all.map(|s| self.netlist.signal_path(s).replace('.', "/")).collect();
         let mut chosen = HashSet::new();
         for glob in globs {
@@ -383,6 +392,14 @@ impl Resolver<'_> {
         Some(Expectation { signal, rule, span })
     }
 
+    /// Clocked cells and the inputs that clock them, through buffers and inverters at most.
+    fn clocked_by_inputs(netlist: &Netlist) -> impl Iterator<Item = (CellId, SignalId)> + '_ {
+        netlist.cell_ids().filter_map(|cell| match netlist.net(netlist.clock_source(cell)?.0.net).driver {
+            Driver::Input(input) => Some((cell, input)),
+            Driver::Cell(..) => None,
+        })
+    }
+
     /// Tells of inputs that clock something and that the scenario never drives.
     fn undriven_clocks(&mut self, scenario: &Scenario) {
         let driven: HashSet<NetId> = scenario
@@ -393,11 +410,9 @@ impl Resolver<'_> {
             .chain(scenario.stimulus.iter().flat_map(|e| &e.sets).map(|s| s.0))
             .collect();
         let mut told = HashSet::new();
-        for cell in self.netlist.cell_ids() {
-            let source = self.netlist.clock_source(cell).map(|(bit, _)| bit.net);
-            let Some(net) = source.filter(|net| !driven.contains(net)) else { continue };
-            let Driver::Input(input) = self.netlist.net(net).driver else { continue };
-            if !told.insert(input) {
+        let netlist = self.netlist;
+        for (cell, input) in Resolver::clocked_by_inputs(netlist) {
+            if netlist.signal(input).drive.is_some_and(|net| driven.contains(&net)) || !told.insert(input) {
                 continue;
             }
             let name = &self.netlist.signal(input).name;
@@ -407,7 +422,8 @@ impl Resolver<'_> {
             );
             let fault = fault.at(self.circuit.place(input), "an input that the scenario leaves alone");
             let help = format!("\"simulation\": {{ \"clocks\": {{ \"{name}\": {{ \"period\": 20 }} }} }}");
-            self.diagnostics.push(fault.help(format!("add it to the scenario: {help}")));
+            let help = format!("add it to the scenario: {help}; or run with `--clock {name}=20`");
+            self.diagnostics.push(fault.help(help));
         }
     }
 }
