@@ -117,7 +117,6 @@ fn multiply(s: &mut Site) -> Result<(), Fault> {
 
 fn divide(s: &mut Site, op: DivideOp) -> Result<(), Fault> {
     let (a, b, signed) = s.operands(s.written("Y").len() as u32);
-    // one more bit, so that the most negative number divided by -1 has room where it is rounded down
     let y = s.result(a.width());
     s.cell(CellKind::Divide { op, width: a.width(), signed }, vec![a, b], vec![y]);
     Ok(())
