@@ -13,6 +13,8 @@ use crate::Value;
 use crate::circuit::{Limits, Loader};
 use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::engine::{EventEngine, Unsettled};
+use crate::exchange::yosys::Check;
+use crate::exchange::yosys::check::Flavor;
 use crate::netlist::{CellId, Driver, Netlist, SignalId};
 use crate::scenario::{Control, Found, Outcome, Rule, RunError, Stop};
 use crate::simulator::loop_nets;
@@ -167,7 +169,10 @@ pub(super) fn simulate(
             progress.set(now);
         }
     };
+    let mut said = 0u32;
+    let mut message = |now: u64, check: usize, text: &str| say(netlist, &scenario.checks[check], now, text, &mut said);
     let mut control = Control {
+        message: &mut message,
         interrupt: interrupt::flag(),
         progress: &mut tell,
         unknown_control_ends: options.x_control == XControl::Error,
@@ -182,6 +187,33 @@ pub(super) fn simulate(
         }
         RunError::Wave(e) => e.into(),
     })
+}
+
+/// Most failed assertions that are told one by one.
+const SAID: u32 = 100;
+
+/// Prints what the circuit itself says.
+fn say(netlist: &Netlist, check: &Check, now: u64, text: &str, failed: &mut u32) {
+    use std::io::Write;
+    if check.fails() {
+        *failed += 1;
+        if *failed > SAID {
+            return;
+        }
+    }
+    let at = time(netlist, now);
+    let source = check.source.as_ref().map_or_else(String::new, |s| format!(" ({s})"));
+    // nothing that moves the cursor of a terminal
+    let text: String = text.chars().filter(|&c| !c.is_control() || c == '\n' || c == '\t').collect();
+    let text = text.trim_end_matches('\n');
+    let colon = if text.is_empty() { "" } else { ": " };
+    let mut to = anstream::stderr().lock();
+    let _ = match check.flavor {
+        Flavor::Print => writeln!(to, "print: at {at}{colon}{text}{source}"),
+        Flavor::Assert => writeln!(to, "error[assertion]: at {at} `{}` fails{colon}{text}{source}", check.name),
+        Flavor::Assume => writeln!(to, "error[assumption]: at {at} `{}` fails{colon}{text}{source}", check.name),
+        Flavor::Cover => writeln!(to, "cover: at {at} `{}` is reached{colon}{text}{source}", check.name),
+    };
 }
 
 /// The loop of nets that keeps changing, with the places of the cells that drive them.
@@ -240,7 +272,7 @@ pub(super) struct Report<'a> {
 impl Report<'_> {
     /// Whether the run did what it should.
     pub fn status(&self) -> Status {
-        Status::of(self.reason_is_good() && self.outcome.failures.is_empty())
+        Status::of(self.reason_is_good() && self.outcome.failures.is_empty() && self.outcome.assertions_failed == 0)
     }
 
     fn reason_is_good(&self) -> bool {
@@ -355,6 +387,15 @@ impl Report<'_> {
                 let _ = writeln!(to, "{kind}[unknown-control]: and {more} more");
             }
         }
+        let failed = self.outcome.assertions_failed;
+        if failed > u64::from(SAID) {
+            let _ = writeln!(to, "error[assertion]: and {} more", failed - u64::from(SAID));
+        }
+        for &i in &self.outcome.uncovered {
+            let check = &self.prepared.scenario.checks[i];
+            let source = check.source.as_ref().map_or_else(String::new, |s| format!(" ({s})"));
+            let _ = writeln!(to, "cover: `{}` was never reached{source}", check.name);
+        }
         if self.outcome.stop == Stop::Interrupted {
             let held = if self.files.is_empty() { "" } else { "; the waveform holds everything up to there" };
             let _ = writeln!(to, "interrupted at {}{held}", time(&self.prepared.circuit.netlist, self.outcome.time));
@@ -364,6 +405,9 @@ impl Report<'_> {
     /// Where a cell stands, in brackets.
     fn place(&self, cell: CellId) -> String {
         let place = self.prepared.circuit.cell_place(cell);
+        if let Some(source) = self.prepared.circuit.cell_source(cell, &self.loader.sources) {
+            return format!(" ({source})");
+        }
         place.map_or_else(String::new, |span| {
             let (line, column) = self.loader.sources.line_col(span);
             format!(" ({}:{line}:{column})", self.loader.sources.name(span.file))
@@ -438,6 +482,8 @@ impl Report<'_> {
             "outputs": outputs,
             "failures": self.diagnostics().to_json(&self.loader.sources),
             "unknown_controls": unknown,
+            "assertions_failed": self.outcome.assertions_failed,
+            "uncovered": self.outcome.uncovered.iter().map(|&i| &self.prepared.scenario.checks[i].name).collect::<Vec<_>>(),
             "events": self.outcome.events,
             "files": self.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>(),
         })

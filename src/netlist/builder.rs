@@ -91,6 +91,17 @@ impl Builder {
         ScopeId(0)
     }
 
+    /// The path of something within a scope below the top.
+    pub(crate) fn path(&self, scope: ScopeId, name: &str) -> String {
+        let mut path = name.to_owned();
+        let mut scope = &self.scopes[scope.index()];
+        while let Some(parent) = scope.parent {
+            path = format!("{}.{path}", scope.name);
+            scope = &self.scopes[parent.index()];
+        }
+        path
+    }
+
     /// How many cells there are so far.
     #[must_use]
     pub fn cell_count(&self) -> usize {

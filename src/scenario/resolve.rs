@@ -9,6 +9,7 @@ use crate::Value;
 use crate::cell::CellKind;
 use crate::circuit::{Circuit, Name};
 use crate::diag::{Code, Diagnostic, Diagnostics, Span};
+use crate::exchange::yosys::Check;
 use crate::json::{Recover, Spanned};
 use crate::netlist::{CellId, Driver, NetId, Netlist, SignalId};
 
@@ -76,6 +77,8 @@ pub struct Scenario {
     pub trace: Vec<SignalId>,
     /// What must hold.
     pub expect: Vec<Expectation>,
+    /// What the circuit itself says and asserts.
+    pub checks: Vec<Check>,
 }
 
 impl Simulation {
@@ -104,7 +107,7 @@ impl Scenario {
     pub fn resolve(circuit: &Circuit, simulation: &Simulation, diagnostics: &mut Diagnostics) -> Scenario {
         let before = diagnostics.errors();
         let mut r = Resolver { circuit, netlist: &circuit.netlist, diagnostics };
-        let mut scenario = Scenario::default();
+        let mut scenario = Scenario { checks: circuit.checks.clone(), ..Scenario::default() };
         for (name, clock) in &simulation.clocks {
             let Some(clock) = clock.as_ref() else { continue };
             if let (Some((net, _)), Some(clock)) = (r.input(name), r.clock(name, clock)) {

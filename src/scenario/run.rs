@@ -7,6 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::resolve::{Rule, Scenario};
 use crate::Value;
 use crate::engine::{Engine, UnknownControl, Unsettled};
+use crate::exchange::yosys::Check;
+use crate::exchange::yosys::check::{Seen, When};
 use crate::netlist::{Netlist, SignalId};
 use crate::simulator::read_bits;
 use crate::value::Word;
@@ -61,6 +63,10 @@ pub struct Outcome {
     pub failures: Vec<Failure>,
     /// Where x or z reached a control.
     pub unknown_controls: Vec<UnknownControl>,
+    /// How often an assertion or assumption of the circuit failed.
+    pub assertions_failed: u64,
+    /// The numbers, among the checks, of what was to happen and did not.
+    pub uncovered: Vec<usize>,
     /// The last values of the circuit's outputs, in order.
     pub outputs: Vec<(SignalId, Value)>,
 }
@@ -92,6 +98,8 @@ pub struct Control<'c> {
     pub interrupt: &'c AtomicBool,
     /// Called now and then with the present tick.
     pub progress: &'c mut dyn FnMut(u64),
+    /// Called with what the circuit itself says: the tick, the number of the check, its message.
+    pub message: &'c mut dyn FnMut(u64, usize, &str),
     /// Whether an x or z at a control ends it.
     pub unknown_control_ends: bool,
 }
@@ -116,6 +124,7 @@ struct Watch<'n> {
     members: Vec<u32>,
     counts: Vec<Count>,
     buffer: Vec<Word>,
+    seen: Vec<Seen>,
     /// Nothing has been recorded yet.
     first: bool,
 }
@@ -146,11 +155,25 @@ impl<'n> Watch<'n> {
         }
         let watched =
             traced.iter().copied().chain(scenario.until.iter().map(|u| u.0)).chain(counts.iter().map(|c| c.signal));
+        let of_check = |c: &Check| {
+            let counter = if let When::Edge(counter) = c.when { Some(counter) } else { None };
+            std::iter::once(c.signal).chain(counter)
+        };
+        let watched: Vec<SignalId> = watched.chain(scenario.checks.iter().flat_map(of_check)).collect();
         for signal in watched {
             netlist.bits(signal).iter().for_each(|s| engine.observe(s.net));
         }
         let widest = netlist.signals().iter().map(|s| words(s.width)).max().unwrap_or(1);
-        Watch { netlist, traced, start, members, counts, buffer: vec![Word::ZERO; widest], first: true }
+        Watch {
+            netlist,
+            traced,
+            start,
+            members,
+            counts,
+            buffer: vec![Word::ZERO; widest],
+            seen: vec![Seen::default(); scenario.checks.len()],
+            first: true,
+        }
     }
 
     fn read(&mut self, engine: &dyn Engine, signal: SignalId) -> &[Word] {
@@ -162,6 +185,22 @@ impl<'n> Watch<'n> {
     fn value(&mut self, engine: &dyn Engine, signal: SignalId) -> Value {
         let width = self.netlist.signal(signal).width;
         Value::from_words(self.read(engine, signal), width)
+    }
+
+    /// Lets the checks look at the present values, if anything has changed.
+    fn look(&mut self, engine: &dyn Engine, checks: &[Check], outcome: &mut Outcome, control: &mut Control<'_>) {
+        if checks.is_empty() || engine.changes().is_empty() && !self.first {
+            return;
+        }
+        for (i, check) in checks.iter().enumerate() {
+            let mut seen = std::mem::take(&mut self.seen[i]);
+            let said = check.look(&mut seen, engine.now(), |signal| self.value(engine, signal));
+            self.seen[i] = seen;
+            if let Some(text) = said {
+                outcome.assertions_failed += u64::from(check.fails());
+                (control.message)(engine.now(), i, &text);
+            }
+        }
     }
 
     /// Records the changes since the last time; at first everything, since what has a value from the start never changes
@@ -233,6 +272,8 @@ pub fn run(
         events: 0,
         failures: Vec::new(),
         unknown_controls: Vec::new(),
+        assertions_failed: 0,
+        uncovered: Vec::new(),
         outputs: Vec::new(),
     };
     let end = instants(scenario, engine, &mut watch, &mut sink, &checks, &mut outcome, control);
@@ -259,6 +300,8 @@ pub fn run(
         outcome.failures.extend(found.map(|found| Failure { expectation: i, found }));
     }
     outcome.failures.sort_by_key(|f| f.expectation);
+    let uncovered = scenario.checks.iter().zip(&watch.seen).enumerate();
+    outcome.uncovered = uncovered.filter(|(_, (c, seen))| c.is_uncovered(seen)).map(|(i, _)| i).collect();
     let outputs = netlist.signal_ids().filter(|&s| {
         matches!(netlist.signal(s).port, Some(crate::netlist::Direction::Output | crate::netlist::Direction::Inout))
     });
@@ -294,6 +337,7 @@ fn instants(
         if stimulated {
             engine.settle()?;
         }
+        watch.look(engine, &scenario.checks, outcome, control);
         watch.record(engine, sink)?;
         while let Some(&(_, i)) = checks.next_if(|c| c.0 <= now) {
             let Rule::Value(_, expected) = &scenario.expect[i].rule else { continue };

@@ -379,6 +379,11 @@ impl<'f, 'a> Import<'f, 'a> {
         if self.own_constants { self.builder.own_constant(value) } else { self.builder.constant(value) }
     }
 
+    /// Says where the last signal stands: with a cell.
+    pub fn place_signal(&mut self, cell: &Cow<'_, str>) {
+        self.origins.signal(self.span_of(cell));
+    }
+
     /// What a bit holds at the start.
     pub fn init(&self, here: &Here<'f, 'a>, bit: Bit) -> Logic {
         let plan = self.plan(here.number);

@@ -7,6 +7,7 @@ pub(crate) mod cells;
 pub mod check;
 mod fields;
 pub mod file;
+pub mod format;
 mod import;
 pub mod origin;
 mod report;

@@ -4,6 +4,7 @@
 //! Yosys' `simlib.v` and `simcells.v` and IEEE 1364 say, and `tests/yosys_cells` compares.
 
 mod arithmetic;
+mod debug;
 mod gates;
 mod logic;
 mod select;
@@ -52,7 +53,8 @@ impl From<String> for Fault {
 
 /// What a type of Yosys' own is.
 pub(super) fn builtin(name: &str) -> Type {
-    if let Some(lower) = logic::find(name).or(arithmetic::find(name)).or(select::find(name)).or(gates::find(name)) {
+    let families = [logic::find, arithmetic::find, select::find, gates::find, debug::find];
+    if let Some(lower) = families.iter().find_map(|find| find(name)) {
         return Type::Cell(lower);
     }
     if let Some(store) = storage::gate(name) {
