@@ -346,17 +346,21 @@ impl Resolver<'_> {
     fn trace(&mut self, globs: Option<&[Spanned<String>]>) -> Vec<SignalId> {
         let all = self.netlist.signal_ids();
         let Some(globs) = globs else { return all.filter(|&s| !self.netlist.signal(s).hidden).collect() };
-        let paths: Vec<String> = all.map(|s| self.netlist.signal_path(s).replace('.', "/")).collect();
+        let paths: Vec<String> = all.map(|s| glob_path(self.netlist, s)).collect();
         let mut chosen = HashSet::new();
         for glob in globs {
             match glob_set(glob) {
                 Ok(set) => {
                     let before = chosen.len();
-                    let matching: Vec<usize> = (0..paths.len()).filter(|&i| set.is_match(&paths[i])).collect();
+                    // names that a tool made up have a `$`, and so has a pattern that asks for them
+                    let asked = glob.value.contains('$');
+                    let shown = |i: usize| asked || !self.netlist.signals()[i].hidden;
+                    let matching: Vec<usize> =
+                        (0..paths.len()).filter(|&i| shown(i) && set.is_match(&paths[i])).collect();
                     let none = matching.is_empty();
                     chosen.extend(matching);
                     if none && before == chosen.len() {
-                        let names: Vec<String> = paths.iter().map(|p| p.replace('/', ".")).collect();
+                        let names: Vec<String> = paths.iter().map(|p| p.replace(['/', DOT], ".")).collect();
                         let fault = Diagnostic::new(Code::NoMatch, format!("`{}` matches no net", glob.value))
                             .at(glob.span, "");
                         self.diagnostics.push(fault.did_you_mean(glob, names.iter().map(String::as_str)));
@@ -431,13 +435,32 @@ impl Resolver<'_> {
     }
 }
 
-/// A glob over paths whose scopes are separated by `/`: `*` and `?` stay inside a scope, `**` crosses them.
+/// What stands for a dot that is part of a name.
+const DOT: char = '\u{1}';
+
+/// The path of a signal with `/` between scopes, so that a dot within a name (of Verilog's `\a.b `) is told from them.
+fn glob_path(netlist: &Netlist, id: SignalId) -> String {
+    let signal = netlist.signal(id);
+    let mut names = vec![signal.name.as_str()];
+    let mut scope = &netlist.scopes()[signal.scope.index()];
+    while let Some(parent) = scope.parent {
+        names.push(&scope.name);
+        scope = &netlist.scopes()[parent.index()];
+    }
+    let names: Vec<String> = names.iter().rev().map(|n| n.replace('.', DOT.encode_utf8(&mut [0; 4]))).collect();
+    names.join("/")
+}
+
+/// A glob over paths whose scopes are separated by `/`: `*` and `?` stay inside a scope, `**` crosses them. A dot is a
+/// separator or a dot within a name.
 fn glob_set(glob: &str) -> Result<GlobSet, String> {
     let mut pattern = String::new();
     let mut chars = glob.chars();
     while let Some(c) = chars.next() {
         match c {
-            '.' => pattern.push('/'),
+            // only a separator is beside `**`
+            '.' if pattern.ends_with("**") || chars.as_str().starts_with("**") => pattern.push('/'),
+            '.' => pattern.extend(['{', '/', ',', DOT, '}']),
             '[' | ']' | '{' | '}' => pattern.extend(['\\', c]),
             '\\' => pattern.extend(['\\', chars.next().ok_or("it ends in `\\`")?]),
             c => pattern.push(c),
@@ -465,5 +488,11 @@ mod tests {
         assert!(is("ko?", "kox") && !is("ko?", "ko.x"));
         assert!(is(r"\*", "*") && !is(r"\*", "f"));
         assert!(glob_set("a\\").is_err());
+        // `a.b` in `u`, where the dot is part of the name
+        let dotted = |glob: &str| glob_set(glob).unwrap().is_match(format!("u/a{}b", super::DOT));
+        assert!(
+            dotted("u.*") && dotted("u.a.b") && dotted("**.a.b") && dotted("u.**") && dotted("u.a?b") && dotted("**")
+        );
+        assert!(!dotted("u.a.*.b") && !dotted("*"));
     }
 }

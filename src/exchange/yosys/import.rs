@@ -106,6 +106,8 @@ pub(super) struct Import<'f, 'a> {
     pub ignored: BTreeMap<String, (u32, &'static str)>,
     /// Whether constants are for wires, which must not change those of others.
     pub own_constants: bool,
+    /// How many cells, nets and instances there are so far.
+    made: u64,
     /// Whether a limit was passed.
     full: bool,
     /// The cell that is being lowered, among the origins.
@@ -136,6 +138,7 @@ pub fn import(
         scopes: HashMap::new(),
         ignored: BTreeMap::new(),
         own_constants: false,
+        made: 0,
         full: false,
         at: NONE,
     };
@@ -423,11 +426,12 @@ impl<'f, 'a> Import<'f, 'a> {
             self.origins.signal(self.span_of(&net.name));
         }
         let origin = self.plan(here.number).origin;
+        self.made += 1 + (here.module.nets.len() + here.module.cells.len()) as u64;
         for (i, cell) in here.module.cells.iter().enumerate() {
             if self.full {
                 return;
             }
-            if self.builder.cell_count() as u64 > self.limits.cells {
+            if self.made.max(self.builder.cell_count() as u64) > self.limits.cells {
                 return self.too_large("cells", "cells", self.limits.cells, self.span_of(&cell.name));
             }
             self.at = origin + i as u32;

@@ -68,10 +68,7 @@ pub(super) fn builtin(name: &str) -> Type {
         "$scopeinfo" => Type::Ignored("names of scopes, which the nets have too"),
         "$specify2" | "$specify3" | "$specrule" => Type::Ignored("timing"),
         "$mem" | "$mem_v2" | "$memrd" | "$memrd_v2" | "$memwr" | "$memwr_v2" | "$meminit" | "$meminit_v2" => {
-            Type::Refused(
-                "memories are not taken yet",
-                "make flip-flops of it: `memory_map`, or `memory -nomap` left out",
-            )
+            Type::Refused("memories are not taken yet", "let Yosys make flip-flops of it: `memory_map`")
         }
         "$fsm" => Type::Refused("state machines are to be made logic first", "run `fsm_map`"),
         "$live" | "$fair" | "$anyconst" | "$anyseq" | "$anyinit" | "$allconst" | "$allseq" | "$initstate"
