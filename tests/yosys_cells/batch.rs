@@ -86,8 +86,9 @@ pub fn compare(name: &str, cells: &[Cell], vectors: usize) {
     for &(i, v) in wrong.iter().take(8) {
         let cell = &cells[i];
         eprintln!("{} {:?}", cell.kind, cell.parameters);
-        for step in v.saturating_sub(if cell.controls.is_empty() { 0 } else { 3 })..=v {
-            let ins = cell.inputs.iter().zip(&stimulus[i][step]).map(|(p, v)| format!("{}={}", p.0, v.bit_string()));
+        let from = v.saturating_sub(if cell.controls.is_empty() { 0 } else { 3 });
+        for (step, values) in stimulus[i].iter().enumerate().take(v + 1).skip(from) {
+            let ins = cell.inputs.iter().zip(values).map(|(p, v)| format!("{}={}", p.0, v.bit_string()));
             eprintln!("  {step}: {}", ins.collect::<Vec<_>>().join(" "));
         }
         eprintln!("  discreta {:?}\n  icarus   {:?}", ours[v][i], theirs[v][i]);

@@ -280,10 +280,9 @@ impl<'a> File<'a> {
     }
 }
 
-/// Where a borrowed string stands in the text that it was read from.
+/// Where a string stands in the text that it was read from; nowhere if it had escapes and was copied.
 #[must_use]
-pub fn place(text: &str, source: FileId, part: &Cow<'_, str>) -> Option<Span> {
-    let Cow::Borrowed(part) = part else { return None };
+pub fn place(text: &str, source: FileId, part: &str) -> Option<Span> {
     let start = (part.as_ptr() as usize).checked_sub(text.as_ptr() as usize)?;
     (start + part.len() <= text.len()).then(|| Span::new(source, start as u32, (start + part.len()) as u32))
 }

@@ -4,7 +4,6 @@
 //! to. Cells are lowered in [`cells`](super::cells). All faults are told at once, each with the place in the file and
 //! in the source that Yosys read.
 
-use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
 
 use super::cells::{self, Type};
@@ -168,7 +167,7 @@ impl<'f, 'a> Import<'f, 'a> {
     }
 
     /// Where a string of the file stands.
-    pub fn span_of(&self, part: &Cow<'_, str>) -> Span {
+    pub fn span_of(&self, part: &str) -> Span {
         file::place(self.text, self.source, part).unwrap_or(Span::new(self.source, 0, 1))
     }
 
@@ -383,7 +382,7 @@ impl<'f, 'a> Import<'f, 'a> {
     }
 
     /// Says where the last signal stands: with a cell.
-    pub fn place_signal(&mut self, cell: &Cow<'_, str>) {
+    pub fn place_signal(&mut self, cell: &str) {
         self.origins.signal(self.span_of(cell));
     }
 

@@ -1,6 +1,6 @@
 //! Yosys' JSON netlists, as `write_json` writes them.
 //!
-//! [`file`] reads the text, `import` builds the netlist with [`cells`] for what each cell does, [`origin`] keeps where
+//! [`mod@file`] reads the text, `import` builds the netlist with `cells` for what each cell does, [`origin`] keeps where
 //! everything comes from. `docs/yosys.md` says what is taken.
 
 pub(crate) mod cells;

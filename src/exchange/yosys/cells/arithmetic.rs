@@ -5,6 +5,9 @@ use crate::cell::{AddOp, Alu, CellKind, DivideOp, ShiftOp};
 use crate::netlist::Bus;
 use crate::{Logic, Value};
 
+/// The widest power: its time grows with the third power of that.
+const MOST_POWER: u32 = 4096;
+
 pub(super) fn find(name: &str) -> Option<Lower> {
     Some(match name {
         "$neg" => |s| {
@@ -24,6 +27,9 @@ pub(super) fn find(name: &str) -> Option<Lower> {
             let (a, b) = (s.operand("A"), s.operand("B"));
             let (a_signed, b_signed) = (s.flag("A_SIGNED"), s.flag("B_SIGNED"));
             let width = a.width().max(s.written("Y").len() as u32);
+            if width > MOST_POWER {
+                return Err(format!("it is {width} bits wide, of {MOST_POWER} at most").into());
+            }
             let (a, b_width, y) = (s.extend(&a, a_signed, width), b.width(), s.result(width));
             s.cell(CellKind::Power { width, b_width, a_signed, b_signed }, vec![a, b], vec![y]);
             Ok(())
@@ -205,7 +211,7 @@ fn piece(bus: &Bus, at: &mut u32, width: u32, port: &str) -> Result<Bus, Fault> 
 
 fn macc(s: &mut Site) -> Result<(), Fault> {
     let (a, b) = (s.input("A"), s.input("B"));
-    let width = s.number("CONFIG_WIDTH")?;
+    let width = s.number("CONFIG_WIDTH")?.min(s.value("CONFIG").map_or(0, |c| c.width()));
     let mut config = Reader { bits: s.sized("CONFIG", width), at: 0 };
     let size = config.take(4).max(1);
     let count = width.saturating_sub(4) / (2 + 2 * size);
