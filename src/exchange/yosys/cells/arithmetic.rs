@@ -45,7 +45,9 @@ pub(super) fn find(name: &str) -> Option<Lower> {
             for (port, found) in [("B", b.width()), ("C", c.width()), ("X", x.width()), ("Y", y.width())] {
                 s.expect_width(port, found, width)?;
             }
-            s.cell(CellKind::CarrySave { width }, vec![a, b, c], vec![x, y]);
+            if width > 0 {
+                s.cell(CellKind::CarrySave { width }, vec![a, b, c], vec![x, y]);
+            }
             Ok(())
         },
         "$lcu" => |s| {
@@ -53,7 +55,9 @@ pub(super) fn find(name: &str) -> Option<Lower> {
             let width = p.width();
             s.expect_width("G", g.width(), width)?;
             s.expect_width("CO", co.width(), width)?;
-            s.cell(CellKind::Carry { width }, vec![p, g, ci], vec![co]);
+            if width > 0 {
+                s.cell(CellKind::Carry { width }, vec![p, g, ci], vec![co]);
+            }
             Ok(())
         },
         "$alu" => |s| {
