@@ -28,12 +28,14 @@
 pub mod cell;
 pub mod circuit;
 pub mod cli;
+pub mod compare;
 pub mod diag;
 pub mod engine;
 pub mod exchange;
 pub mod interpolate;
 pub mod json;
 pub mod netlist;
+pub mod plot;
 pub mod scenario;
 mod simulator;
 mod timescale;

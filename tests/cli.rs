@@ -298,7 +298,7 @@ fn parameters_and_inputs_of_the_command_line() {
     let (status, stdout, _) = run(&["run", LINE, "-p", "W=4", "-s", "dx=4'b1111", "-s", "dy=-8"]);
     assert!(status == 0 && stdout.contains("xt = 15  yt = 8"), "{stdout}");
     refused(&["run", LINE, "-p", "w=4"], &["`line` has no parameter `w`", " --> -p:1:1", "did you mean `W`?"]);
-    refused(&["run", LINE, "-p", "W=33"], &["must be at most 32, not 33", " ::: circuits/evaluation/line.json:9:"]);
+    refused(&["run", LINE, "-p", "W=33"], &["must be at most 32, not 33", " ::: circuits/evaluation/line.json:10:"]);
     refused(&["run", LINE, "-p", "W"], &["write it as NAME=VALUE"]);
     refused(&["run", LINE, "-s", "xd=1"], &["has no net `xd`", " --> -s:1:1", "did you mean `dx`?"]);
     refused(&["run", LINE, "-s", "dx="], &["write it as NAME=VALUE"]);
@@ -540,22 +540,6 @@ fn schemas_are_json() {
         assert_eq!(status, 0);
         assert!(json["$schema"].is_string() && json["properties"].is_object(), "{of:?}");
     }
-}
-
-#[test]
-fn interpolate_prints_in_every_format() {
-    let ef = |more: &[&str]| run(&[&["interpolate", "ef-line", "--to", "5,3"], more].concat());
-    assert_eq!(ef(&["--format", "steps"]), (0, "XYXYXXYX\n".into(), String::new()));
-    let (status, csv, _) = ef(&["--format", "csv"]);
-    assert_eq!((status, csv.lines().count(), csv.lines().next()), (0, 9, Some("clock,step,x,y,xt,yt,kox,koy,f,end")));
-    assert!(csv.lines().last().unwrap().starts_with("8,X,1,0,5,3,0,0,"), "{csv}");
-    let (status, json, _) = ef(&["--format", "json"]);
-    let json: Value = serde_json::from_str(&json).unwrap();
-    assert_eq!((status, json["clocks"].as_array().unwrap().len()), (0, 8));
-    assert_eq!(ef(&[]).1.lines().count(), 10, "a header and the start");
-    refused(&["interpolate", "ef-lin", "--to", "5,3"], &["there is ef-line"]);
-    refused(&["interpolate", "ef-line", "--to", "5"], &["write it as two whole numbers, X,Y"]);
-    refused(&["interpolate", "ef-line", "--to", "99999999999,3"], &["is above 4294967295"]);
 }
 
 /// Input that nobody would type, to see that it is refused and not guessed at.

@@ -129,7 +129,7 @@ fn a_scenario_is_counted_as_its_circuit() {
 fn faults_are_told_as_check_tells_them_and_the_others_are_counted() {
     let (status, stdout, stderr) = stats(&["tests/bad/unknown_port.json", LINE]);
     assert_eq!(status, 2);
-    assert!(stdout.starts_with("circuits/evaluation/line.json: line with W = 8\n"), "{stdout}");
+    assert!(stdout.starts_with("circuits/evaluation/line.json: line with W = 8, CENTRED = 0\n"), "{stdout}");
     assert!(stderr.contains("error[unknown-port]: `dff` has no port `Q`"), "{stderr}");
     assert!(stderr.contains("tests/bad/unknown_port.json:8:74"), "{stderr}");
 

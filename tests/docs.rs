@@ -41,7 +41,7 @@ fn kind(parameter: &Parameter) -> String {
         Kind::Integer { min, max } => format!("integer, {min} to {max}"),
         Kind::Word(words) => words.iter().map(|w| format!("`\"{w}\"`")).collect::<Vec<_>>().join(" or "),
         Kind::Value => "value of `width` bits".into(),
-        Kind::Quantity => "positive quantity, SI prefix allowed".into(),
+        Kind::Quantity => "positive quantity: a number, SI prefix allowed, or an expression".into(),
     }
 }
 
@@ -141,4 +141,24 @@ fn the_reference_of_elements_is_current() {
 #[test]
 fn the_reference_of_errors_is_current() {
     check("docs/errors.md", &errors_page());
+}
+
+/// Each fact names the test that shows it: `NAME` in `FILE`, below `src/interpolate` if it is not in `tests/`.
+#[test]
+fn every_fact_has_its_test() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = std::fs::read_to_string(root.join("docs/facts.md")).unwrap();
+    let mut facts = 0;
+    for line in page.lines().filter(|line| line.contains("` in `")) {
+        let Some((before, after)) = line.split_once("` in `") else { continue };
+        let (name, file) = (before.rsplit('`').next().unwrap(), after.split('`').next().unwrap());
+        if name == "NAME" {
+            continue;
+        }
+        let path = if file.starts_with("tests/") { root.join(file) } else { root.join("src/interpolate").join(file) };
+        let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        assert!(text.contains(&format!("fn {name}() {{")), "{file} has no test {name}");
+        facts += 1;
+    }
+    assert!(facts > 30, "{facts}");
 }

@@ -54,7 +54,8 @@ impl Pair {
             }
         }
         let gates = json!({ "type": self.module, "parameters": self.parameters, "connections": connections });
-        let imports = ["arithmetic", "multiplexers", "storage"].map(|f| repository(&format!("circuits/lib/{f}.json")));
+        let imports = ["arithmetic", "multiplexers", "multiplier", "storage"]
+            .map(|f| repository(&format!("circuits/lib/{f}.json")));
         let module = json!({ "ports": ports, "cells": { "gates": gates, "element": element } });
         let file = json!({ "import": imports, "modules": { "pair": module } });
         let name = format!("{}_{}", self.module, self.parameters).replace(|c: char| !c.is_alphanumeric(), "_");
@@ -144,8 +145,20 @@ fn negate(w: u32) -> Pair {
     pair.connected(json!({ "a": 0, "b": "a" }))
 }
 
+fn decrement(w: u32) -> Pair {
+    let ins = [("a", w), ("bi", 1)];
+    let pair = Pair::new("decrement", json!({ "W": w }), &ins, &[("y", w)], "subtractor", json!({ "width": w }));
+    pair.connected(json!({ "a": "a", "b": 0, "bi": "bi" }))
+}
+
 fn zero_detect(w: u32) -> Pair {
     Pair::new("zero_detect", json!({ "W": w }), &[("a", w)], &[("y", 1)], "is_zero", json!({ "width": w }))
+}
+
+fn signed_multiplier(a: u32, b: u32) -> Pair {
+    let element = json!({ "a_width": a, "b_width": b, "signed": 1 });
+    let ins = [("a", a), ("b", b)];
+    Pair::new("signed_multiplier_gates", json!({ "A": a, "B": b }), &ins, &[("y", a + b)], "multiplier", element)
 }
 
 fn bus_mux(w: u32) -> Pair {
@@ -190,6 +203,18 @@ fn dff(falling: u64) -> Pair {
     Pair::new("dff_gates", json!({ "W": 1, "FALLING": falling }), &ins, &[("q", 1)], "dff", element)
 }
 
+fn multiplier(a: u32, b: u32) -> Pair {
+    let element = json!({ "a_width": a, "b_width": b });
+    Pair::new(
+        "multiplier_gates",
+        json!({ "A": a, "B": b }),
+        &[("a", a), ("b", b)],
+        &[("y", a + b)],
+        "multiplier",
+        element,
+    )
+}
+
 fn sr() -> Pair {
     Pair::new("sr_nor", json!({}), &[("s", 1), ("r", 1)], &[("q", 1), ("qn", 1)], "sr", json!({}))
 }
@@ -198,9 +223,11 @@ fn sr() -> Pair {
 fn combinational_modules_equal_their_elements_for_every_input() {
     let mut pairs = vec![half_adder(), full_adder(), adder(8), subtractor(8)];
     for w in 1..=5 {
-        pairs.extend([adder(w), subtractor(w), negate(w), zero_detect(w), bus_mux(w)]);
+        pairs.extend([adder(w), subtractor(w), negate(w), decrement(w), zero_detect(w), bus_mux(w)]);
     }
     pairs.extend([negate(16), zero_detect(16), bus_mux(7)]);
+    pairs.extend([(1, 1), (1, 4), (4, 1), (2, 3), (5, 4), (8, 8)].map(|(a, b)| multiplier(a, b)));
+    pairs.extend([(1, 2), (4, 3), (6, 6)].map(|(a, b)| signed_multiplier(a, b)));
     let mut compared = 0;
     for pair in &pairs {
         let circuit = pair.circuit();
@@ -215,7 +242,17 @@ fn combinational_modules_equal_their_elements_for_every_input() {
 
 #[test]
 fn wide_combinational_modules_equal_their_elements_for_random_inputs() {
-    for pair in [adder(32), subtractor(31), negate(50), zero_detect(60), bus_mux(30), adder(20)] {
+    for pair in [
+        adder(32),
+        subtractor(31),
+        negate(50),
+        decrement(40),
+        zero_detect(60),
+        bus_mux(30),
+        adder(20),
+        multiplier(31, 9),
+        signed_multiplier(17, 13),
+    ] {
         let circuit = pair.circuit();
         let mut bench = Bench::new(&pair, &circuit);
         let mut rng = Rng::named(pair.module);
@@ -236,7 +273,9 @@ fn wide_combinational_modules_equal_their_elements_for_random_inputs() {
 /// depend on it, where the element makes all of them x.
 #[test]
 fn combinational_modules_take_unknowns_as_documented() {
-    for pair in [half_adder(), full_adder(), zero_detect(7), bus_mux(5), adder(7), subtractor(7), negate(7)] {
+    for pair in
+        [half_adder(), full_adder(), zero_detect(7), bus_mux(5), adder(7), subtractor(7), negate(7), multiplier(4, 3)]
+    {
         let exact = ["half_adder_gates", "full_adder_gates", "zero_detect", "bus_mux"].contains(&pair.module);
         let circuit = pair.circuit();
         let mut bench = Bench::new(&pair, &circuit);

@@ -9,25 +9,144 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use discreta::interpolate::{EfLine, Interpolator, LineInput};
+use discreta::interpolate::{
+    ArcInput, ArcPath, CurveInput, DdaCircle, DdaCurve, DdaLine, DdaLine3d, EfCircle, EfCircleFast, EfCirclePrinted,
+    EfLine, EfLine3d, EfLineFast, EfLineFastPrinted, InputError, Interpolator, Karibsky, KaribskyPrinted, Line3dInput,
+    LineInput, Method, Options, Printed, Quadrants, Request,
+};
 use vcd::{IdCode, ScopeItem, Value};
 
 /// Makes the algorithm of what the inputs say at START; the number that a net shows then, by its name.
 type Start = fn(&dyn Fn(&str) -> i64) -> Box<dyn Interpolator>;
 
 /// The algorithms, by how the path of a trace below `traces/` begins. The first that fits is taken.
-const ALGORITHMS: &[(&str, Start)] = &[("evaluation/line_", |net| {
-    let input = LineInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), bits: 8 };
-    Box::new(EfLine::new(input).unwrap())
-})];
+const ALGORITHMS: &[(&str, Start)] = &[
+    ("evaluation/line_centred_", |net| Box::new(EfLine::centred(line(net, 8)).unwrap())),
+    ("evaluation/line_", |net| Box::new(EfLine::new(line(net, 8)).unwrap())),
+    ("evaluation/fast_line_x_", |net| Box::new(EfLineFastPrinted::diagram(line(net, 8)).unwrap())),
+    ("evaluation/fast_line_centred_", |net| Box::new(EfLineFast::centred(line(net, 8)).unwrap())),
+    ("evaluation/fast_line_", |net| Box::new(EfLineFast::new(line(net, 8)).unwrap())),
+    ("evaluation/fast_circle_cw_", |net| Box::new(EfCircleFast::new(arc(net, true)).unwrap())),
+    ("evaluation/fast_circle_", |net| Box::new(EfCircleFast::new(arc(net, false)).unwrap())),
+    ("dda/line_half_", |net| dda_line(net, 3, Options { half_preload: true, ..Options::default() })),
+    ("dda/line_normalised_", |net| dda_line(net, 8, Options { normalise: true, ..Options::default() })),
+    ("dda/line_", |net| dda_line(net, 3, Options::default())),
+    ("dda/circle_half_", |net| dda_circle(net, 3, false, Options { half_preload: true, ..Options::default() })),
+    ("dda/circle_parallel_", |net| dda_circle(net, 3, false, Options { parallel: true, ..Options::default() })),
+    ("dda/circle_normalised_", |net| dda_circle(net, 6, false, Options { normalise: true, ..Options::default() })),
+    ("dda/circle_clockwise_", |net| dda_circle(net, 3, true, Options::default())),
+    ("dda/circle_", |net| dda_circle(net, 3, false, Options::default())),
+    ("evaluation/circle_as_printed_", |net| Box::new(EfCirclePrinted::new(arc(net, false)).unwrap())),
+    ("evaluation/circle_cw_", |net| Box::new(EfCircle::new(arc(net, true)).unwrap())),
+    ("evaluation/circle_gates_cw_", |net| Box::new(EfCircle::new(arc(net, true)).unwrap())),
+    ("evaluation/circle_", |net| Box::new(EfCircle::new(arc(net, false)).unwrap())),
+    ("evaluation/karibsky_as_printed_", |net| Box::new(KaribskyPrinted::new(arc(net, true)).unwrap())),
+    ("evaluation/karibsky_cw_", |net| Box::new(Karibsky::new(arc(net, true)).unwrap())),
+    ("evaluation/karibsky_gates_cw_", |net| Box::new(Karibsky::new(arc(net, true)).unwrap())),
+    ("evaluation/karibsky_", |net| Box::new(Karibsky::new(arc(net, false)).unwrap())),
+    ("quadrant/circle_", |net| Box::new(quadrants(net, |input| Ok(Box::new(EfCircle::new(input)?))))),
+    ("quadrant/fast_circle_", |net| Box::new(quadrants(net, |input| Ok(Box::new(EfCircleFast::new(input)?))))),
+    ("quadrant/karibsky_", |net| Box::new(quadrants(net, |input| Ok(Box::new(Karibsky::new(input)?))))),
+    ("quadrant/line_3d_", |net| {
+        let [from, d] = [["xh", "yh", "zh"], ["dx", "dy", "dz"]].map(|names| names.map(|name| signed(net, name)));
+        let to = [0, 1, 2].map(|axis| from[axis] + d[axis]);
+        let request = Request { from, bits: Some(8), ..Request::new(Method::EfLine3d, to) };
+        request.draw().unwrap().interpolator
+    }),
+    ("quadrant/line_", |net| signed_line(net, Method::EfLine)),
+    ("quadrant/dda_line_", |net| signed_line(net, Method::DdaLine)),
+    ("quadrant/fast_line_", |net| signed_line(net, Method::EfLineFast)),
+    ("dda/curve_parallel_", |net| curve(net, false, (true, false), Printed::default())),
+    ("dda/curve_half_", |net| curve(net, false, (false, true), Printed::default())),
+    ("dda/curve_clockwise_", |net| curve(net, true, (false, false), Printed::default())),
+    ("dda/curve_printed_", |net| curve(net, false, (false, false), Printed { signs: true, by: true })),
+    ("dda/curve_by_", |net| curve(net, false, (false, false), Printed { signs: false, by: true })),
+    ("dda/curve_", |net| curve(net, false, (false, false), Printed::default())),
+    ("three_axis/line_", |net| Box::new(EfLine3d::new(line_3d(net, 8)).unwrap())),
+    ("three_axis/dda_line_half_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), true).unwrap())),
+    ("three_axis/dda_line_", |net| Box::new(DdaLine3d::new(line_3d(net, 3), false).unwrap())),
+];
 
-/// Traces of circuits that are no interpolators, or fail as they are to; each has a test of its own elsewhere.
-const OTHERS: &[&str] = &[];
+fn line(net: &dyn Fn(&str) -> i64, bits: u32) -> LineInput {
+    LineInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), bits }
+}
+
+fn dda_line(net: &dyn Fn(&str) -> i64, bits: u32, options: Options) -> Box<dyn Interpolator> {
+    Box::new(DdaLine::new(line(net, bits), &options).unwrap())
+}
+
+fn dda_circle(net: &dyn Fn(&str) -> i64, bits: u32, clockwise: bool, options: Options) -> Box<dyn Interpolator> {
+    let input = ArcInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), f0: 0, clockwise, bits };
+    Box::new(DdaCircle::new(input, &options).unwrap())
+}
+
+fn line_3d(net: &dyn Fn(&str) -> i64, bits: u32) -> Line3dInput {
+    Line3dInput { start: ["xh", "yh", "zh"].map(net), increment: ["dx", "dy", "dz"].map(net), bits }
+}
+
+/// A coordinate of 9 bits in two's complement.
+fn signed(net: &dyn Fn(&str) -> i64, name: &str) -> i64 {
+    net(name) << 55 >> 55
+}
+
+/// What the inputs of a line's circuit for all quadrants say.
+fn signed_line(net: &dyn Fn(&str) -> i64, method: Method) -> Box<dyn Interpolator> {
+    let [xh, yh, dx, dy] = ["xh", "yh", "dx", "dy"].map(|name| signed(net, name));
+    let request = Request { from: [xh, yh, 0], bits: Some(8), ..Request::new(method, [xh + dx, yh + dy, 0]) };
+    request.draw().unwrap().interpolator
+}
+
+/// What the inputs of an arc's circuit for all quadrants say.
+fn quadrants(
+    net: &dyn Fn(&str) -> i64,
+    core: impl Fn(ArcInput) -> Result<Box<dyn Interpolator>, InputError> + 'static,
+) -> Quadrants {
+    let point = |x: &str, y: &str| [signed(net, x), signed(net, y)];
+    let path = ArcPath {
+        center: point("xc", "yc"),
+        from: point("xh", "yh"),
+        to: point("xk", "yk"),
+        full: true,
+        clockwise: net("cw") == 1,
+        f0: net("f0") << 54 >> 54,
+        bits: 8,
+    };
+    Quadrants::new(path, true, core).unwrap()
+}
+
+/// A curve through the start point, whose coefficients have 7 bits and whose coordinates 6, in two's complement.
+fn curve(
+    net: &dyn Fn(&str) -> i64,
+    clockwise: bool,
+    (parallel, half_preload): (bool, bool),
+    printed: Printed,
+) -> Box<dyn Interpolator> {
+    let coefficient = |name| net(name) << 57 >> 57;
+    let coordinate = |name| net(name) << 58 >> 58;
+    let mut coefficients = [0; 6];
+    coefficients[..5].copy_from_slice(&["a", "b", "c", "d", "e"].map(coefficient));
+    let [start, end] = [["xh", "yh"], ["xk", "yk"]].map(|point| point.map(coordinate));
+    let mut input = CurveInput { coefficients, start, end, clockwise, bits: 6 };
+    input.coefficients[5] = -input.value(start) as i64;
+    let options = Options { parallel, half_preload, ..Options::default() };
+    Box::new(DdaCurve::with_misprints(input, &options, printed).unwrap())
+}
+
+/// What the inputs of an arc's circuit say; `f0` has 10 bits in two's complement.
+fn arc(net: &dyn Fn(&str) -> i64, clockwise: bool) -> ArcInput {
+    let f0 = net("f0") << 54 >> 54;
+    ArcInput { xh: net("xh"), yh: net("yh"), dx: net("dx"), dy: net("dy"), f0, clockwise, bits: 8 }
+}
+
+/// Traces of circuits that are no interpolators, or fail as they are to; each has a test of its own elsewhere, or its
+/// scenario says what is to come of it.
+const OTHERS: &[&str] = &["evaluation/circle_worded", "feed/"];
 
 /// What the nets show, by their names; nothing while a bit is unknown.
 type Nets = HashMap<String, Option<u64>>;
 
-/// The widths of the top scope's nets, and their values after each instant at which something changes.
+/// The widths of the nets of the top scope, and of those of its interpolator `core` that it does not show itself, and their
+/// values after each instant at which something changes.
 fn instants(path: &Path) -> (HashMap<String, u32>, BTreeMap<u64, Nets>) {
     let mut parser = vcd::Parser::new(BufReader::new(File::open(path).unwrap()));
     let header = parser.parse_header().unwrap();
@@ -41,8 +160,14 @@ fn instants(path: &Path) -> (HashMap<String, u32>, BTreeMap<u64, Nets>) {
     };
     let mut names: HashMap<IdCode, Vec<String>> = HashMap::new();
     let mut widths = HashMap::new();
-    for item in &top.items {
-        if let ScopeItem::Var(v) = item {
+    let core = top.items.iter().filter_map(|i| match i {
+        ScopeItem::Scope(s) if s.identifier == "core" => Some(&s.items),
+        _ => None,
+    });
+    for item in top.items.iter().chain(core.flatten()) {
+        if let ScopeItem::Var(v) = item
+            && !widths.contains_key(&v.reference)
+        {
             names.entry(v.code).or_default().push(v.reference.clone());
             widths.insert(v.reference.clone(), v.size);
         }

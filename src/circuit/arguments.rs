@@ -136,8 +136,21 @@ fn argument(
         }
         Kind::Quantity => {
             let number = given.value.as_text();
-            let quantity = of_text(Kind::Quantity, &number, width);
-            let help = "write a positive number, with an SI prefix if need be: 10k, 4.7n, 100p";
+            // what names a parameter is an expression; `1k` and `2u` do not
+            let mut words = number.split(|c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '$')));
+            let quantity = if words.any(|word| values.contains_key(word)) {
+                let n = match given.expr() {
+                    Ok(expr) => eval(&expr, values, diagnostics)?,
+                    Err(d) => {
+                        diagnostics.push(d);
+                        return None;
+                    }
+                };
+                of_text(Kind::Quantity, &n.to_string(), width)
+            } else {
+                of_text(Kind::Quantity, &number, width)
+            };
+            let help = "write a positive number, with an SI prefix if need be: 10k, 4.7n, 100p, or an expression";
             quantity
                 .map_err(|e| diagnostics.push(fault(format!("`{}`: {e}", parameter.name), given.span).help(help)))
                 .ok()

@@ -11,7 +11,7 @@ use super::library::{Library, ModuleId};
 use super::report::{Places, Report};
 use super::{Limits, Name, ParameterValue, read_file};
 use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Sources, Span};
-use crate::exchange::yosys::{self, Check, Imported, Origins};
+use crate::exchange::yosys::{self, Imported, Monitor, Origins};
 use crate::netlist::{CellId, Netlist, SignalId};
 use crate::scenario::Simulation;
 
@@ -29,7 +29,7 @@ pub struct Circuit {
     /// Where the top module's name stands.
     pub span: Span,
     /// What says something while it runs: the assertions and messages of a netlist of Yosys.
-    pub checks: Vec<Check>,
+    pub monitors: Vec<Monitor>,
     places: Places,
     /// Where a netlist of another tool comes from.
     origins: Option<Origins>,
@@ -259,8 +259,8 @@ impl Loader {
         let simulation_span = simulation.map(|s| s.span);
         let simulation = simulation.and_then(|s| s.value.as_ref()).cloned();
         let span = self.library.module(top).0.span;
-        let checks = Vec::new();
-        Some(Circuit { netlist, parameters, simulation, simulation_span, span, checks, places, origins: None })
+        let monitors = Vec::new();
+        Some(Circuit { netlist, parameters, simulation, simulation_span, span, monitors, places, origins: None })
     }
 
     /// The circuit of a netlist of Yosys.
@@ -272,7 +272,7 @@ impl Loader {
         }
         let top = self.top.as_ref().map(|(name, span)| (name.as_str(), *span));
         let imported = yosys::import(self.sources.text(text), text, top, &self.limits, &mut self.diagnostics)?;
-        let Imported { builder, origins, checks, span } = imported;
+        let Imported { builder, origins, monitors, span } = imported;
         let mut faults = Vec::new();
         let netlist = builder.finish_with(&mut faults);
         yosys::report(&netlist, &origins, &faults, &self.sources, &mut self.diagnostics);
@@ -282,7 +282,7 @@ impl Loader {
             simulation: None,
             simulation_span: None,
             span,
-            checks,
+            monitors,
             places: Places::default(),
             origins: Some(origins),
         })

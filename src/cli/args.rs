@@ -2,9 +2,13 @@
 //!
 //! What means the same in several commands is one struct that they share.
 
+mod drawing;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+
+pub use drawing::{CompareArgs, CompareFormat, DrawingArgs, InterpolateArgs, PlotArgs, Point, StepsFormat};
 
 /// `discreta`.
 #[derive(Parser, Debug)]
@@ -43,8 +47,12 @@ pub enum Command {
     Diff(DiffArgs),
     /// Print what an interpolation algorithm does, step by step, without any circuit
     Interpolate(InterpolateArgs),
+    /// Draw the path of a method or of a waveform over the ideal curve, as SVG
+    Plot(PlotArgs),
     /// Count what circuits are made of, and how deep their logic is
     Stats(StatsArgs),
+    /// Measure what the documents say of their methods
+    Compare(CompareArgs),
     /// Print the JSON Schema of the files that you write, for your editor
     Schema(SchemaArgs),
     /// Print a script that completes this command line in your shell
@@ -152,23 +160,6 @@ fn clock(text: &str) -> Result<ClockOption, String> {
         }
     }
     Ok(option)
-}
-
-/// A point in steps.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Point {
-    /// Along the first axis.
-    pub x: i64,
-    /// Along the second.
-    pub y: i64,
-}
-
-fn point(text: &str) -> Result<Point, String> {
-    let parse = || {
-        let (x, y) = text.split_once(',')?;
-        Some(Point { x: x.trim().parse().ok()?, y: y.trim().parse().ok()? })
-    };
-    parse().ok_or_else(|| "write it as two whole numbers, X,Y".to_owned())
 }
 
 /// What makes a netlist of a circuit file.
@@ -382,49 +373,6 @@ pub struct DiffArgs {
     /// Text or JSON.
     #[command(flatten)]
     pub format: FormatArgs,
-}
-
-/// How an interpolation is printed.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub enum StepsFormat {
-    /// A table for people.
-    Table,
-    /// Comma-separated values with a header.
-    Csv,
-    /// JSON.
-    Json,
-    /// One letter a clock: X, Y, D for both, - for none.
-    Steps,
-}
-
-/// `discreta interpolate`.
-#[derive(Args, Debug, Clone)]
-#[command(after_help = "\
-Examples:
-  discreta interpolate ef-line --to 5,3
-  discreta interpolate ef-line --to 5,3 --format steps
-        XYXYXXYX
-  discreta interpolate ef-line --from 2,-1 --to -3,4 --format csv")]
-pub struct InterpolateArgs {
-    /// The algorithm, e.g. ef-line: a straight line by the evaluation function
-    #[arg(value_name = "METHOD")]
-    pub method: String,
-
-    /// Where to go, in steps
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point)]
-    pub to: Point,
-
-    /// Where to begin, in steps
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point, default_value = "0,0")]
-    pub from: Point,
-
-    /// Follow the source to the letter, misprints included
-    #[arg(long)]
-    pub as_printed: bool,
-
-    /// Print a table, or something for programs
-    #[arg(long, value_name = "FORMAT", default_value = "table")]
-    pub format: StepsFormat,
 }
 
 /// `discreta stats`.

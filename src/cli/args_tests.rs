@@ -42,17 +42,21 @@ fn what_cannot_be_meant() {
     for line in ["run c.json --until =1", "run c.json --until end="] {
         assert!(parse(line).unwrap_err().contains("write it as NET or NET=VALUE"), "{line}");
     }
-    for to in ["5", "5,", "5,x", "1,2,3", "1.5,2"] {
+    for to in ["5", "5,", "5,x", "1,2,3,4", "1.5,2"] {
         assert!(parse(&format!("interpolate ef-line --to {to}")).unwrap_err().contains("two whole numbers"), "{to}");
     }
     assert!(parse("check").is_err());
-    assert!(parse("interpolate ef-line").is_err());
+    assert!(parse("interpolate").is_err());
+    assert!(parse("interpolate ef-circle --to 1,2 --cw --ccw").unwrap_err().contains("cannot be used with"));
 }
 
 #[test]
 fn points_may_be_negative() {
     let Command::Interpolate(args) = parse("interpolate ef-line --to -5,3 --from 1,-2").unwrap() else { panic!() };
-    assert_eq!((args.to, args.from), (Point { x: -5, y: 3 }, Point { x: 1, y: -2 }));
+    let point = |x, y, z| Some(Point { x, y, z });
+    assert_eq!((args.drawing.to, args.drawing.from), (point(-5, 3, None), point(1, -2, None)));
+    let Command::Interpolate(args) = parse("interpolate ef-line-3d --to -5,3,-1").unwrap() else { panic!() };
+    assert_eq!((args.drawing.to, args.drawing.from), (point(-5, 3, Some(-1)), None));
 }
 
 #[test]
@@ -70,8 +74,10 @@ fn an_option_means_the_same_in_every_command() {
     for command in Cli::command().get_subcommands() {
         for arg in command.get_arguments().filter(|arg| !arg.is_positional()) {
             let long = arg.get_long().unwrap().to_owned();
-            // What an interpolation prints is no report.
-            if (command.get_name(), long.as_str()) == ("interpolate", "format") {
+            // What an interpolation prints is no report, a picture no waveform, and a comparison needs bits.
+            if [("interpolate", "format"), ("plot", "output"), ("compare", "bits")]
+                .contains(&(command.get_name(), long.as_str()))
+            {
                 continue;
             }
             let help = arg.get_help().unwrap_or_else(|| panic!("--{long} has no help")).to_string();

@@ -6,19 +6,24 @@
 
 pub mod args;
 pub mod check;
+pub mod compare;
 pub mod completions;
 pub mod diff;
+mod drawing;
 pub mod error;
 pub mod interpolate;
 pub mod interrupt;
 pub mod man;
+mod monitor;
 pub mod output;
+pub mod plot;
 mod prepare;
 pub mod progress;
 pub mod run;
 pub mod schema;
 pub mod stats;
 pub mod test;
+mod timing;
 
 use std::process::ExitCode;
 
@@ -80,7 +85,9 @@ fn dispatch(command: &Command, out: &mut Out) -> Result<Status, CliError> {
         Command::Test(args) => test::run(args, out),
         Command::Diff(args) => diff::run(args, out),
         Command::Interpolate(args) => interpolate::run(args, out),
+        Command::Plot(args) => plot::run(args, out),
         Command::Stats(args) => stats::run(args, out),
+        Command::Compare(args) => compare::run(args, out),
         Command::Schema(args) => schema::run(args, out),
         Command::Completions(args) => completions::run(args, out),
         Command::Man(args) => man::run(args, out),

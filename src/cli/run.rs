@@ -6,15 +6,14 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value as Json, json};
 
 use super::args::{ElaborationArgs, EngineArgs, Format, RunArgs, XControl};
+use super::monitor::{SAID, say};
 use super::prepare::{Changes, Prepared, cycles, prepare};
 use super::progress::Progress;
-use super::{CliError, Out, Status, interrupt};
+use super::{CliError, Out, Status, interrupt, timing};
 use crate::Value;
 use crate::circuit::{Limits, Loader};
 use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::engine::{EventEngine, Unsettled};
-use crate::exchange::yosys::Check;
-use crate::exchange::yosys::check::Flavor;
 use crate::netlist::{CellId, Driver, Netlist, SignalId};
 use crate::scenario::{Control, Found, Outcome, Rule, RunError, Stop};
 use crate::simulator::loop_nets;
@@ -170,7 +169,8 @@ pub(super) fn simulate(
         }
     };
     let mut said = 0u32;
-    let mut message = |now: u64, check: usize, text: &str| say(netlist, &scenario.checks[check], now, text, &mut said);
+    let mut message =
+        |now: u64, number: usize, text: &str| say(netlist, &scenario.monitors[number], now, text, &mut said);
     let mut control = Control {
         message: &mut message,
         interrupt: interrupt::flag(),
@@ -187,33 +187,6 @@ pub(super) fn simulate(
         }
         RunError::Wave(e) => e.into(),
     })
-}
-
-/// Most failed assertions that are told one by one.
-const SAID: u32 = 100;
-
-/// Prints what the circuit itself says.
-fn say(netlist: &Netlist, check: &Check, now: u64, text: &str, failed: &mut u32) {
-    use std::io::Write;
-    if check.fails() {
-        *failed += 1;
-        if *failed > SAID {
-            return;
-        }
-    }
-    let at = time(netlist, now);
-    let source = check.source.as_ref().map_or_else(String::new, |s| format!(" ({s})"));
-    // nothing that moves the cursor of a terminal
-    let text: String = text.chars().filter(|&c| !c.is_control() || c == '\n' || c == '\t').collect();
-    let text = text.trim_end_matches('\n');
-    let colon = if text.is_empty() { "" } else { ": " };
-    let mut to = anstream::stderr().lock();
-    let _ = match check.flavor {
-        Flavor::Print => writeln!(to, "print: at {at}{colon}{text}{source}"),
-        Flavor::Assert => writeln!(to, "error[assertion]: at {at} `{}` fails{colon}{text}{source}", check.name),
-        Flavor::Assume => writeln!(to, "error[assumption]: at {at} `{}` fails{colon}{text}{source}", check.name),
-        Flavor::Cover => writeln!(to, "cover: at {at} `{}` is reached{colon}{text}{source}", check.name),
-    };
 }
 
 /// The loop of nets that keeps changing, with the places of the cells that drive them.
@@ -246,7 +219,7 @@ fn unsettled(prepared: &Prepared, u: &Unsettled) -> Diagnostic {
 }
 
 /// A tick with its unit.
-fn time(netlist: &Netlist, ticks: u64) -> String {
+pub(super) fn time(netlist: &Netlist, ticks: u64) -> String {
     let t = netlist.timescale();
     format!("{} {}", u128::from(ticks) * u128::from(t.count()), t.unit().as_str())
 }
@@ -272,7 +245,8 @@ pub(super) struct Report<'a> {
 impl Report<'_> {
     /// Whether the run did what it should.
     pub fn status(&self) -> Status {
-        Status::of(self.reason_is_good() && self.outcome.failures.is_empty() && self.outcome.assertions_failed == 0)
+        let held = timing::hold(self.prepared, self.outcome) && self.outcome.assertions_failed == 0;
+        Status::of(self.reason_is_good() && self.outcome.failures.is_empty() && held)
     }
 
     fn reason_is_good(&self) -> bool {
@@ -333,6 +307,9 @@ impl Report<'_> {
         if more > 0 {
             text += &format!("  and {more} more outputs (-v shows them)\n");
         }
+        if let Some(line) = timing::summary(self.prepared, self.outcome) {
+            text += &format!("  {line}\n");
+        }
         if verbose {
             text += &format!(
                 "  engine event, {} cells, {} nets, {} net changes\n",
@@ -392,7 +369,7 @@ impl Report<'_> {
             let _ = writeln!(to, "error[assertion]: and {} more", failed - u64::from(SAID));
         }
         for &i in &self.outcome.uncovered {
-            let check = &self.prepared.scenario.checks[i];
+            let check = &self.prepared.scenario.monitors[i];
             let source = check.source.as_ref().map_or_else(String::new, |s| format!(" ({s})"));
             let _ = writeln!(to, "cover: `{}` was never reached{source}", check.name);
         }
@@ -414,7 +391,7 @@ impl Report<'_> {
         })
     }
 
-    /// Failed expectations with their places.
+    /// Failed expectations and violated timing checks with their places.
     pub fn diagnostics(&self) -> Diagnostics {
         let netlist = &self.prepared.circuit.netlist;
         let mut told = Diagnostics::new();
@@ -448,10 +425,24 @@ impl Report<'_> {
                     ),
                     "expected here",
                 ),
+                (Rule::Violated { check, count, first }, Found::Violations(n, found)) => {
+                    let check = &self.prepared.scenario.checks[*check];
+                    let at = |t: &Option<u64>| t.map_or(String::new(), |t| format!(", first at {}", time(netlist, t)));
+                    let found = match n {
+                        0 => "never violated".to_owned(),
+                        n => format!("violated {}{}", timing::times(*n), at(found)),
+                    };
+                    let expected = count.map_or_else(|| "at least once".to_owned(), timing::times);
+                    (
+                        format!("the timing check `{}` was {found}; expected: {expected}{}", check.name, at(first)),
+                        "expected here",
+                    )
+                }
                 _ => continue,
             };
             told.push(Diagnostic::new(Code::Expectation, message).at(e.span, label));
         }
+        told.extend(timing::diagnostics(self.prepared, self.outcome));
         told
     }
 
@@ -480,10 +471,11 @@ impl Report<'_> {
             "timescale": netlist.timescale().to_string(),
             "clocks": cycles(&self.prepared.scenario, self.outcome.time),
             "outputs": outputs,
+            "checks": timing::to_json(self.prepared, self.outcome, &self.loader.sources),
             "failures": self.diagnostics().to_json(&self.loader.sources),
             "unknown_controls": unknown,
             "assertions_failed": self.outcome.assertions_failed,
-            "uncovered": self.outcome.uncovered.iter().map(|&i| &self.prepared.scenario.checks[i].name).collect::<Vec<_>>(),
+            "uncovered": self.outcome.uncovered.iter().map(|&i| &self.prepared.scenario.monitors[i].name).collect::<Vec<_>>(),
             "events": self.outcome.events,
             "files": self.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>(),
         })

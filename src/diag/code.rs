@@ -108,6 +108,8 @@ codes! {
         "A scenario refers to a clock that it does not define.";
     Error UnknownCode "unknown-code":
         "`allow` names a code that does not exist or is not a warning.";
+    Error UnknownCheck "unknown-check":
+        "A scenario expects something of a timing check that it does not define.";
     Error DuplicateName "duplicate-name":
         "Two things in one name space have the same name, such as a port and a net, or modules of two imports.";
     Error NoTop "no-top":
@@ -138,6 +140,8 @@ codes! {
         "A circuit keeps changing within one tick, so that it has no next state.";
     Error Expectation "expectation":
         "A run did not do what its scenario expects.";
+    Error Timing "timing":
+        "A run violated a timing check of its scenario.";
     Warning NoMatch "no-match":
         "A pattern for nets matches no net.";
     Warning CombinationalLoop "combinational-loop":

@@ -2,6 +2,8 @@
 
 use std::{error, fmt};
 
+use super::InputError;
+
 /// One clock: its steps, and the registers after its trailing edge. Index 0 is x, 1 is y, 2 is z; what an interpolator
 /// does not have is 0, see [`Columns`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -79,12 +81,26 @@ pub enum Stopped {
         /// The clocks that were let run.
         clocks: u64,
     },
+    /// An arc cannot go on in the next quadrant.
+    Refused(InputError),
+    /// A curve's path got to a point that the registers cannot go on from: a coordinate does not fit, or what an
+    /// accumulator would be given is 2^bits or more, and more than one carry could come of it.
+    Overflow {
+        /// The point, BLU.
+        at: [i64; 2],
+        /// Bits of the registers.
+        bits: u32,
+    },
 }
 
 impl fmt::Display for Stopped {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Stopped::Watchdog { clocks } => write!(f, "stopped by the watchdog: no end within {clocks} clocks"),
+            Stopped::Refused(error) => write!(f, "the next quadrant is refused: {error}"),
+            Stopped::Overflow { at: [x, y], bits } => {
+                write!(f, "stopped by an overflow at ({x}, {y}): a coordinate or a derivative does not fit {bits} bits")
+            }
         }
     }
 }

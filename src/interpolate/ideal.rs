@@ -74,6 +74,33 @@ impl Ideal {
         }
     }
 
+    /// A point of the curve next to the given one: of a line or circle the nearest, of a conic one that is found along
+    /// its gradient, and where the gradient vanishes the given one itself. The centre of an arc stays where it is.
+    #[must_use]
+    pub fn nearest(&self, point: [f64; 3]) -> [f64; 3] {
+        match *self {
+            Ideal::Segment { from, to } => {
+                let d = [to[0] - from[0], to[1] - from[1], to[2] - from[2]];
+                let square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+                if square == 0.0 {
+                    return from;
+                }
+                let along: f64 = (0..3).map(|i| (point[i] - from[i]) * d[i]).sum::<f64>() / square;
+                [0, 1, 2].map(|i| from[i] + along * d[i])
+            }
+            Ideal::Arc { center, radius, .. } => {
+                let d = [point[0] - center[0], point[1] - center[1]];
+                let away = length([d[0], d[1], 0.0]);
+                let part = if away == 0.0 { 0.0 } else { radius / away };
+                [center[0] + d[0] * part, center[1] + d[1] * part, 0.0]
+            }
+            Ideal::Conic { coefficients } => {
+                let [x, y] = onto_conic(coefficients, [point[0], point[1]]);
+                [x, y, 0.0]
+            }
+        }
+    }
+
     /// Points along the curve, `n + 1` of them from its start to its end; of a conic, which has neither, none.
     #[must_use]
     pub fn points(&self, n: u32) -> Vec<[f64; 3]> {
@@ -97,21 +124,32 @@ fn length(v: [f64; 3]) -> f64 {
     (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt()
 }
 
-/// The distance to a conic along its gradient: a point of the curve is sought by Newton's method from the given one.
-fn conic_distance([a, b, c, d, e, f]: [f64; 6], point: [f64; 2]) -> f64 {
-    let value = |[x, y]: [f64; 2]| a * x * x + b * x * y + c * y * y + d * x + e * y + f;
+/// The polynomial of a conic.
+fn polynomial([a, b, c, d, e, f]: [f64; 6], [x, y]: [f64; 2]) -> f64 {
+    a * x * x + b * x * y + c * y * y + d * x + e * y + f
+}
+
+/// A point of a conic, sought by Newton's method from the given one.
+fn onto_conic(conic: [f64; 6], point: [f64; 2]) -> [f64; 2] {
+    let [a, b, c, d, e, _] = conic;
     let gradient = |[x, y]: [f64; 2]| [2.0 * a * x + b * y + d, b * x + 2.0 * c * y + e];
     let mut p = point;
     for _ in 0..16 {
-        let (v, g) = (value(p), gradient(p));
+        let (v, g) = (polynomial(conic, p), gradient(p));
         let square = g[0] * g[0] + g[1] * g[1];
         if square == 0.0 {
             break;
         }
         p = [p[0] - v * g[0] / square, p[1] - v * g[1] / square];
     }
+    p
+}
+
+/// The distance to a conic along its gradient.
+fn conic_distance(conic: [f64; 6], point: [f64; 2]) -> f64 {
+    let p = onto_conic(conic, point);
     let distance = length([point[0] - p[0], point[1] - p[1], 0.0]);
-    if value(point) < 0.0 { -distance } else { distance }
+    if polynomial(conic, point) < 0.0 { -distance } else { distance }
 }
 
 #[cfg(test)]
@@ -132,6 +170,19 @@ mod tests {
         let conic = Ideal::Conic { coefficients: [1.0, 0.0, 1.0, -2.0, 0.0, -24.0] };
         assert!((conic.deviation([1.0, -7.0, 0.0]) - 2.0).abs() < 1e-9);
         assert!((conic.deviation([4.0, 0.0, 0.0]) + 2.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn nearest_points_by_hand() {
+        // (1, 7) − (4, 3)·25/25 = (−3, 4), which is upright on (4, 3)
+        assert_eq!(Ideal::segment([0, 0, 0], [4, 3, 0]).nearest([1.0, 7.0, 0.0]), [4.0, 3.0, 0.0]);
+        assert_eq!(Ideal::segment([1, 2, 3], [1, 2, 3]).nearest([4.0, 6.0, 3.0]), [1.0, 2.0, 3.0]);
+        let circle = Ideal::arc([1.0, 0.0], [6.0, 0.0], [1.0, 5.0], false);
+        assert_eq!(circle.nearest([7.0, 8.0, 0.0]), [4.0, 4.0, 0.0]);
+        assert_eq!(circle.nearest([1.0, 0.0, 0.0]), [1.0, 0.0, 0.0]);
+        let conic = Ideal::Conic { coefficients: [1.0, 0.0, 1.0, -2.0, 0.0, -24.0] };
+        let [x, y, _] = conic.nearest([7.0, 8.0, 0.0]);
+        assert!((x - 4.0).abs() < 1e-9 && (y - 4.0).abs() < 1e-9, "({x}, {y})");
     }
 
     #[test]

@@ -192,8 +192,33 @@ pub enum InputError {
         /// Its value in BLU.
         value: i64,
     },
+    /// A point of an arc is too far from its centre along an axis.
+    FarFromCenter {
+        /// How far, in BLU.
+        value: i64,
+        /// Bits of the registers.
+        bits: u32,
+    },
+    /// The circle is too great for the registers.
+    WideRadius {
+        /// The square of its radius.
+        square: i128,
+        /// Bits of the registers.
+        bits: u32,
+    },
+    /// An arc within a quadrant on which no coordinate falls, or none rises.
+    TooShort,
     /// The start point is the centre.
     ZeroRadius,
+    /// The tool's radius is not below that of the arc inside which it is to go.
+    TooGreatTool {
+        /// The tool's radius in BLU.
+        radius: u32,
+        /// The square of the arc's.
+        square: i128,
+    },
+    /// A line without a length has no side.
+    NoSide,
     /// The start point is too far from the circle for the register of `F`.
     WideF0 {
         /// `F₀`.
@@ -207,6 +232,52 @@ pub enum InputError {
         end: (i64, i64),
         /// The start point, through which the circle goes, BLU.
         start: (i64, i64),
+    },
+    /// The registers are too narrow for the method.
+    FewBits {
+        /// The width asked for.
+        bits: u32,
+        /// The least.
+        least: u32,
+    },
+    /// A value does not fit a register in two's complement.
+    WideSigned {
+        /// `A` … `E`, `XH` …
+        name: &'static str,
+        /// Its value.
+        value: i64,
+        /// The register's width.
+        bits: u32,
+    },
+    /// `A` to `E` are all 0: no curve.
+    NoCurve,
+    /// A point is not near the curve.
+    OffCurve {
+        /// The point, BLU.
+        point: [i64; 2],
+        /// The polynomial's value there.
+        value: i128,
+        /// How great it may be.
+        limit: i128,
+    },
+    /// Both derivatives are 0 at the start point: the curve has no direction there.
+    NoDirection {
+        /// The start point, BLU.
+        point: [i64; 2],
+    },
+    /// The derivatives or the coordinates pass what the registers hold on the way from the start point to the end point.
+    WideCurve {
+        /// The greatest `|2Ax + By + D|` or `|Bx + 2Cy + E|`, rounded.
+        derivative: u64,
+        /// The greatest coordinate, without its sign, BLU, rounded.
+        coordinate: u64,
+        /// The registers' width.
+        bits: u32,
+    },
+    /// The end point is behind the start point, or on another branch.
+    NotAhead {
+        /// The end point, BLU.
+        point: [i64; 2],
     },
     /// The difference of two coordinates does not fit 64 bits.
     Overflow,
@@ -243,6 +314,31 @@ impl fmt::Display for InputError {
             InputError::NegativeCoordinate { name, value } => {
                 write!(f, "{name} = {value} is negative: the arc has to lie in the first quadrant")
             }
+            InputError::FarFromCenter { value, bits } => {
+                write!(
+                    f,
+                    "a point is {value} from the centre, above {}, the greatest of {bits} bits",
+                    (1_i64 << bits) - 1
+                )
+            }
+            InputError::WideRadius { square, bits } => {
+                let root = (square as f64).sqrt();
+                write!(f, "the radius {root:.2} is above {}, the greatest of {bits} bits", (1_i64 << bits) - 1)
+            }
+            InputError::TooShort => {
+                write!(
+                    f,
+                    "no arc from the start point to the end point has one coordinate that falls and one that rises"
+                )
+            }
+            InputError::TooGreatTool { radius, square } => {
+                let arc = (square as f64).sqrt();
+                write!(
+                    f,
+                    "a tool of radius {radius} does not fit into an arc of radius {arc:.2}: its path has to have a radius above 0"
+                )
+            }
+            InputError::NoSide => write!(f, "a line without a length has no side to go on"),
             InputError::ZeroRadius => write!(f, "the start point is the centre: the radius is 0"),
             InputError::WideF0 { value, bits } => {
                 let half = 1_i64 << (bits - 1);
@@ -263,6 +359,41 @@ impl fmt::Display for InputError {
                     radius(xh, yh)
                 )
             }
+            InputError::FewBits { bits, least } => {
+                write!(f, "registers of {bits} bits: this method's have {least} to {MAX_BITS}")
+            }
+            InputError::WideSigned { name, value, bits } => {
+                let half = 1_i128 << (bits - 1);
+                write!(
+                    f,
+                    "{name} = {value} is outside {}..{}, what {bits} bits hold in two's complement",
+                    -half,
+                    half - 1
+                )
+            }
+            InputError::NoCurve => write!(f, "A, B, C, D and E are all 0: there is no curve"),
+            InputError::OffCurve { point: [x, y], value, limit } => write!(
+                f,
+                "({x}, {y}) is not near the curve: Ax² + Bxy + Cy² + Dx + Ey + F is {value} there, and may be {} to {limit}",
+                -limit
+            ),
+            InputError::NoDirection { point: [x, y] } => {
+                write!(f, "the curve has no direction at ({x}, {y}): 2Ax + By + D and Bx + 2Cy + E are both 0")
+            }
+            InputError::WideCurve { derivative, coordinate, bits } => {
+                let full = 1_i64 << bits;
+                write!(
+                    f,
+                    "on the way 2Ax + By + D or Bx + 2Cy + E gets to ±{derivative} and a coordinate to \
+                     ±{coordinate}: with {bits} bits they have to be below {full} and {}",
+                    full / 2
+                )
+            }
+            InputError::NotAhead { point: [x, y] } => write!(
+                f,
+                "the end point ({x}, {y}) does not lie ahead of the start point in the direction asked for: \
+                 it is behind it or on another branch"
+            ),
             InputError::Overflow => write!(f, "the end point is too far from the start point"),
             InputError::Option { method, option } => write!(f, "{method} has no option {option}"),
             InputError::Missing { method, option } => write!(f, "{method} needs {option}"),
@@ -292,6 +423,12 @@ pub(super) fn check_coordinate(name: &'static str, value: i64, bits: u32) -> Res
         return Err(InputError::WideCoordinate { name, value, bits });
     }
     Ok(())
+}
+
+/// Refuses what a register of `bits` bits does not hold in two's complement.
+pub(super) fn check_signed(name: &'static str, value: i64, bits: u32) -> Result<(), InputError> {
+    let half = 1 << (bits - 1);
+    if (-half..half).contains(&value) { Ok(()) } else { Err(InputError::WideSigned { name, value, bits }) }
 }
 
 #[cfg(test)]

@@ -9,13 +9,18 @@
 pub mod clock;
 pub mod dda;
 pub mod evaluation;
+pub mod feed;
 pub mod ideal;
 pub mod input;
 pub mod method;
+pub mod offset;
+pub mod quadrant;
 pub mod request;
 
 pub use clock::{Clock, Columns, Interpolator, Stopped, Watchdog};
 pub use dda::circle::{DdaCircle, DdaCirclePrinted};
+pub use dda::conic::{Course, CurveInput};
+pub use dda::curve::{DdaCurve, Printed};
 pub use dda::line::{DdaLine, DdaLinePrinted};
 pub use dda::line_3d::DdaLine3d;
 pub use evaluation::circle::{EfCircle, EfCirclePrinted};
@@ -27,6 +32,8 @@ pub use evaluation::line_3d::EfLine3d;
 pub use ideal::Ideal;
 pub use input::{ArcInput, InputError, Line3dInput, LineInput};
 pub use method::{Method, Shape, UnknownMethod};
+pub use offset::{Offset, OffsetArc, OffsetLine, Side, UnknownSide};
+pub use quadrant::{ArcPath, Mirrored, Quadrants};
 pub use request::{Drawing, Options, Request};
 
 /// The widest coordinate register, bits.

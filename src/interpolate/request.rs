@@ -1,7 +1,9 @@
 //! The front door: a method, two points and the options, made into an interpolator and the curve that it is to follow.
 
+use super::input::{check_bits, check_signed};
 use super::{
-    ArcInput, Ideal, InputError, Interpolator, Line3dInput, LineInput, MAX_BITS, Method, Shape, dda, evaluation,
+    ArcInput, ArcPath, CurveInput, Ideal, InputError, Interpolator, Line3dInput, LineInput, MAX_BITS, Method, Mirrored,
+    Offset, Quadrants, Shape, dda, evaluation,
 };
 
 /// How a method works; the default is each method's own default.
@@ -19,6 +21,29 @@ pub struct Options {
     pub centred: bool,
 }
 
+impl Options {
+    /// Refuses what a method does not have.
+    fn check(&self, method: Method) -> Result<(), InputError> {
+        use Method::{DdaCircle, DdaCurve, DdaLine, DdaLine3d, EfLine, EfLine3d, EfLineFast};
+        let printed = !matches!(method, EfLine3d | DdaLine3d);
+        let dda = matches!(method, DdaLine | DdaCircle | DdaCurve | DdaLine3d);
+        let from_old = matches!(method, DdaCircle | DdaCurve);
+        let normalised = matches!(method, DdaLine | DdaCircle);
+        let line = matches!(method, EfLine | EfLineFast | EfLine3d);
+        let all = [
+            ("--as-printed", self.as_printed, printed),
+            ("--half-preload", self.half_preload, dda),
+            ("--parallel", self.parallel, from_old),
+            ("--normalise", self.normalise, normalised),
+            ("--centred", self.centred, line),
+        ];
+        match all.into_iter().find(|&(_, set, has)| set && !has) {
+            Some((option, ..)) => Err(InputError::Option { method, option }),
+            None => Ok(()),
+        }
+    }
+}
+
 /// What is to be drawn, and how.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Request {
@@ -34,6 +59,8 @@ pub struct Request {
     pub clockwise: bool,
     /// The coefficients `A` to `F` of a curve `A·x² + B·xy + C·y² + D·x + E·y + F = 0`.
     pub conic: Option<[i64; 6]>,
+    /// The path of a tool's centre beside this line or arc, instead of the line or arc.
+    pub offset: Option<Offset>,
     /// Bits of the registers; without them, the fewest that do from 8 up.
     pub bits: Option<u32>,
     /// How the method works.
@@ -61,6 +88,7 @@ impl Request {
             center: [0; 2],
             clockwise: false,
             conic: None,
+            offset: None,
             bits: None,
             options: Options {
                 as_printed: false,
@@ -75,8 +103,9 @@ impl Request {
     /// Makes the interpolator.
     ///
     /// # Errors
-    /// If the method cannot draw this, or not in registers of that width.
+    /// If the method cannot draw this, or not in registers of that width, or has not an option that is set.
     pub fn draw(&self) -> Result<Drawing, InputError> {
+        self.options.check(self.method)?;
         match self.bits {
             Some(bits) => self.draw_in(bits),
             // what is refused in every width is told for the widest
@@ -85,34 +114,86 @@ impl Request {
     }
 
     fn draw_in(&self, bits: u32) -> Result<Drawing, InputError> {
-        let [xh, yh, zh] = self.from;
-        let mut increment = [0; 3];
-        for (axis, increment) in increment.iter_mut().enumerate() {
-            *increment = self.to[axis].checked_sub(self.from[axis]).ok_or(InputError::Overflow)?;
-        }
-        let [dx, dy, _] = increment;
         let (interpolator, ideal) = match self.method.shape() {
-            Shape::Line => {
-                let input = LineInput { xh, yh, dx, dy, bits };
-                (line(self.method, input, &self.options)?, Ideal::segment(self.from, self.to))
-            }
-            Shape::Line3d => {
-                let input = Line3dInput { start: [xh, yh, zh], increment, bits };
-                (line_3d(self.method, input, &self.options)?, Ideal::segment(self.from, self.to))
-            }
-            Shape::Arc => {
-                let [cx, cy] = self.center;
-                let relative =
-                    |[x, y, _]: [i64; 3]| x.checked_sub(cx).zip(y.checked_sub(cy)).ok_or(InputError::Overflow);
-                let input = ArcInput::between(relative(self.from)?, relative(self.to)?, self.clockwise, bits);
-                let plane = |p: [i64; 3]| [p[0] as f64, p[1] as f64];
-                let ideal = Ideal::arc([cx as f64, cy as f64], plane(self.from), plane(self.to), self.clockwise);
-                (arc(self.method, input, &self.options)?, ideal)
-            }
-            Shape::Curve => return Err(InputError::Missing { method: self.method, option: "--conic" }),
+            Shape::Line => self.line(bits)?,
+            Shape::Line3d => self.line_3d(bits)?,
+            Shape::Arc => self.arc(bits)?,
+            Shape::Curve => self.curve(bits)?,
         };
         Ok(Drawing { interpolator, ideal, bits })
     }
+
+    fn line(&self, bits: u32) -> Result<(Box<dyn Interpolator>, Ideal), InputError> {
+        let ([xh, yh, _], [xk, yk, _]) = (self.from, self.to);
+        let (from, to, ideal) = match self.offset {
+            Some(offset) => {
+                let line = offset.line([xh, yh], [xk, yk])?;
+                (line.from, line.to, line.ideal)
+            }
+            None => ([xh, yh], [xk, yk], Ideal::segment([xh, yh, 0], [xk, yk, 0])),
+        };
+        let from = [from[0], from[1], 0];
+        let (negative, [dx, dy, _]) = octant(from, [to[0], to[1], 0], bits)?;
+        let core = line(self.method, LineInput { xh: 0, yh: 0, dx, dy, bits }, &self.options)?;
+        Ok((Box::new(Mirrored::new(core, false, negative, from)), ideal))
+    }
+
+    fn line_3d(&self, bits: u32) -> Result<(Box<dyn Interpolator>, Ideal), InputError> {
+        self.refuse_offset()?;
+        let (negative, increment) = octant(self.from, self.to, bits)?;
+        let core = line_3d(self.method, Line3dInput { start: [0; 3], increment, bits }, &self.options)?;
+        Ok((Box::new(Mirrored::new(core, false, negative, self.from)), Ideal::segment(self.from, self.to)))
+    }
+
+    fn arc(&self, bits: u32) -> Result<(Box<dyn Interpolator>, Ideal), InputError> {
+        let Request { method, clockwise, center, options, .. } = *self;
+        let plane = |[x, y, _]: [i64; 3]| [x, y];
+        let (from, to) = (plane(self.from), plane(self.to));
+        let contour = ArcPath { center, from, to, full: true, clockwise, f0: 0, bits };
+        // without a sum F nothing can make good what the rounding of an offset start point does
+        let carries = method != Method::DdaCircle;
+        let (path, ideal) = match self.offset {
+            Some(_) if !carries => return Err(InputError::Option { method, option: "--offset" }),
+            Some(offset) => {
+                let arc = offset.arc(contour)?;
+                (arc.path, arc.ideal)
+            }
+            None => {
+                let float = |p: [i64; 2]| p.map(|v| v as f64);
+                (contour, Ideal::arc(float(center), float(from), float(to), clockwise))
+            }
+        };
+        let arc = Quadrants::new(path, carries, move |input| arc(method, input, &options))?;
+        Ok((Box::new(arc), ideal))
+    }
+
+    fn curve(&self, bits: u32) -> Result<(Box<dyn Interpolator>, Ideal), InputError> {
+        self.refuse_offset()?;
+        let coefficients = self.conic.ok_or(InputError::Missing { method: self.method, option: "--conic" })?;
+        let (start, end) = ([self.from[0], self.from[1]], [self.to[0], self.to[1]]);
+        let input = CurveInput { coefficients, start, end, clockwise: self.clockwise, bits };
+        let ideal = Ideal::Conic { coefficients: coefficients.map(|v| v as f64) };
+        Ok((dda::curve::build(input, &self.options)?, ideal))
+    }
+
+    fn refuse_offset(&self) -> Result<(), InputError> {
+        match self.offset {
+            Some(_) => Err(InputError::Option { method: self.method, option: "--offset" }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Pre-processing of a line: which of its increments are negative, and the increments without signs.
+fn octant(from: [i64; 3], to: [i64; 3], bits: u32) -> Result<([bool; 3], [i64; 3]), InputError> {
+    check_bits(bits)?;
+    let mut increment = [0; 3];
+    for (axis, name) in ["XH", "YH", "ZH"].into_iter().enumerate() {
+        check_signed(name, from[axis], bits + 1)?;
+        let signed = to[axis].checked_sub(from[axis]).ok_or(InputError::Overflow)?;
+        increment[axis] = signed.checked_abs().ok_or(InputError::Overflow)?;
+    }
+    Ok(([0, 1, 2].map(|axis| to[axis] < from[axis]), increment))
 }
 
 /// A line of the first quadrant.

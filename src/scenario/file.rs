@@ -7,6 +7,7 @@ use indexmap::IndexMap;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer};
 
+use super::check::Check;
 use super::time::{Percent, TimeText};
 use crate::Value;
 use crate::circuit::{Expr, Name, ParameterValue};
@@ -54,7 +55,10 @@ pub struct Simulation {
     /// Which nets the waveform holds: globs over `scope.net`; `**` crosses scopes. Default `["**"]`.
     #[serde(default, deserialize_with = "json::every")]
     pub trace: Option<Vec<Spanned<String>>>,
-    /// What must hold.
+    /// Timing checks: what must hold at every tick.
+    #[serde(default)]
+    pub checks: IndexMap<Name, Recover<Check>>,
+    /// What must hold at the end or at one time.
     pub expect: Option<Vec<Recover<Expect>>>,
 }
 
@@ -134,21 +138,32 @@ pub struct Limit {
     pub time: Option<TimeText>,
 }
 
-/// Something that must hold of a net.
+/// Something that must hold of a net, or how a timing check has to go.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Expect {
     /// Free text.
     #[serde(default, deserialize_with = "json::or_default")]
     pub doc: Option<String>,
-    /// The net, by its path below the top module.
-    pub net: Name,
+    /// The net, by its path below the top module; or `check`.
+    pub net: Option<Name>,
     /// Its value; or `pulses`.
     pub value: Option<ValueText>,
-    /// The time at which it has the value. Default: the end.
+    /// The time at which it has the value, by default the end; of a check, the time of its first violation.
     pub at: Option<TimeText>,
     /// How many times bit 0 of it rose from 0 to 1; or `value`.
     pub pulses: Option<Expr>,
+    /// A timing check that is to be violated.
+    pub check: Option<Name>,
+    /// How many violations there are. Default: at least one.
+    pub violations: Option<Expr>,
+}
+
+impl Expect {
+    /// Where what is left of it stands, if neither its net nor what must hold of it is there.
+    fn place(&self) -> Option<Span> {
+        self.at.as_ref().map(TimeText::span).or(self.violations.as_ref().map(Expr::span))
+    }
 }
 
 /// A value as it stands in a file; the net that it is for says how wide it is.
@@ -254,18 +269,43 @@ impl Simulation {
             }
         }
         for expect in self.expect.iter().flatten().filter_map(Recover::as_ref) {
-            match (&expect.value, &expect.pulses, &expect.at) {
-                (Some(_), Some(pulses), _) => {
-                    tell("an expectation has both `value` and `pulses`", pulses.span(), "make it two");
+            let (value, pulses) = (expect.value.as_ref(), expect.pulses.as_ref());
+            match (&expect.net, &expect.check) {
+                (Some(_), Some(check)) => tell("an expectation has both `net` and `check`", check.span, "make it two"),
+                (None, None) => {
+                    let place = value.map(ValueText::span).or(pulses.map(Expr::span)).or(expect.place());
+                    tell("an expectation has neither `net` nor `check`", place.unwrap_or_default(), "of what?");
                 }
-                (None, None, _) => {
-                    tell("an expectation has neither `value` nor `pulses`", expect.net.span, "what must hold of this?");
+                (None, Some(_)) => {
+                    if let Some(place) = value.map(ValueText::span).or(pulses.map(Expr::span)) {
+                        tell("a timing check has `violations`, not `value` or `pulses`", place, "leave this out");
+                    }
                 }
-                (None, Some(_), Some(at)) => {
-                    tell("pulses are counted up to the end, not at a time", at.span(), "leave this out");
+                (Some(net), None) => {
+                    if let Some(violations) = &expect.violations {
+                        tell("a net has no `violations`; a timing check has", violations.span(), "name a `check`");
+                    }
+                    match (value, pulses, &expect.at) {
+                        (Some(_), Some(pulses), _) => {
+                            tell("an expectation has both `value` and `pulses`", pulses.span(), "make it two");
+                        }
+                        (None, None, _) if expect.violations.is_none() => {
+                            tell(
+                                "an expectation has neither `value` nor `pulses`",
+                                net.span,
+                                "what must hold of this?",
+                            );
+                        }
+                        (None, Some(_), Some(at)) => {
+                            tell("pulses are counted up to the end, not at a time", at.span(), "leave this out");
+                        }
+                        _ => {}
+                    }
                 }
-                _ => {}
             }
+        }
+        for check in self.checks.values().filter_map(Recover::as_ref) {
+            check.check(diagnostics);
         }
     }
 }

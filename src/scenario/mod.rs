@@ -3,11 +3,14 @@
 //! [`mod@file`] is what an author writes, [`Scenario`] the same with its names resolved, [`run`](run()) runs it on any engine
 //! into any waveform. This room does not know how an engine works inside.
 
+mod check;
 pub mod file;
+mod glob;
 mod resolve;
 mod run;
 pub mod time;
 
+pub use check::{Check, CheckReport, CheckRule, Fault, Level, MAX_KEPT, NetEdge, Side, Timing, TimingCheck, Violation};
 pub use file::{Clock, Edge, EdgeOf, Expect, Limit, ScenarioFile, Simulation, Stimulus, Until, ValueText};
 pub use resolve::{DEFAULT_CYCLES, DrivenClock, Event, Expectation, Rule, Scenario};
 pub use run::{Control, Failure, Found, Outcome, RunError, Stop, run};

@@ -2,14 +2,14 @@
 
 use std::collections::HashSet;
 
-use globset::{GlobBuilder, GlobSet, GlobSetBuilder};
-
+use super::check::TimingCheck;
 use super::file::{Clock, Edge, Expect, Limit, Simulation, Stimulus, Until, ValueText};
+use super::glob::{DOT, glob_path, glob_set};
 use crate::Value;
 use crate::cell::CellKind;
-use crate::circuit::{Circuit, Name};
+use crate::circuit::{Circuit, Expr, Name};
 use crate::diag::{Code, Diagnostic, Diagnostics, Span};
-use crate::exchange::yosys::Check;
+use crate::exchange::yosys::Monitor;
 use crate::json::{Recover, Spanned};
 use crate::netlist::{CellId, Driver, NetId, Netlist, SignalId};
 
@@ -32,6 +32,15 @@ pub enum Rule {
     Value(Option<u64>, Value),
     /// Bit 0 rose from 0 to 1 so many times.
     Pulses(u64),
+    /// A timing check was violated.
+    Violated {
+        /// Its number in [`Scenario::checks`]; the signal of the expectation is its net.
+        check: usize,
+        /// How many times; none: at least once.
+        count: Option<u64>,
+        /// The tick of the first violation, if that matters.
+        first: Option<u64>,
+    },
 }
 
 /// An expectation.
@@ -75,10 +84,12 @@ pub struct Scenario {
     pub limit_fails: bool,
     /// The signals that a waveform holds, in the order of the netlist.
     pub trace: Vec<SignalId>,
-    /// What must hold.
+    /// Timing checks: what must hold at every tick.
+    pub checks: Vec<TimingCheck>,
+    /// What must hold at the end or at one tick.
     pub expect: Vec<Expectation>,
     /// What the circuit itself says and asserts.
-    pub checks: Vec<Check>,
+    pub monitors: Vec<Monitor>,
 }
 
 impl Simulation {
@@ -91,6 +102,7 @@ impl Simulation {
         merged.inputs.retain(|name, _| !self.clocks.contains_key(name));
         merged.clocks.extend(self.clocks.clone());
         merged.inputs.extend(self.inputs.clone());
+        merged.checks.extend(self.checks.clone());
         let Simulation { stimulus, until, limit, trace, expect, .. } = self.clone();
         merged.stimulus = stimulus.or(merged.stimulus);
         merged.until = until.or(merged.until);
@@ -102,12 +114,18 @@ impl Simulation {
 }
 
 impl Scenario {
+    /// Whether an expectation says that a timing check is violated.
+    #[must_use]
+    pub fn expects(&self, check: usize) -> bool {
+        self.expect.iter().any(|e| matches!(e.rule, Rule::Violated { check: c, .. } if c == check))
+    }
+
     /// Resolves a scenario against a circuit; every fault goes into `diagnostics`. What is faulty is left out.
     #[must_use]
     pub fn resolve(circuit: &Circuit, simulation: &Simulation, diagnostics: &mut Diagnostics) -> Scenario {
         let before = diagnostics.errors();
         let mut r = Resolver { circuit, netlist: &circuit.netlist, diagnostics };
-        let mut scenario = Scenario { checks: circuit.checks.clone(), ..Scenario::default() };
+        let mut scenario = Scenario { monitors: circuit.monitors.clone(), ..Scenario::default() };
         for (name, clock) in &simulation.clocks {
             let Some(clock) = clock.as_ref() else { continue };
             if let (Some((net, _)), Some(clock)) = (r.input(name), r.clock(name, clock)) {
@@ -145,8 +163,12 @@ impl Scenario {
         scenario.limit_given = limit.is_some();
         scenario.limit_fails = scenario.until.is_some();
         scenario.trace = r.trace(simulation.trace.as_deref());
+        for (name, check) in &simulation.checks {
+            let Some(check) = check.as_ref() else { continue };
+            scenario.checks.extend(TimingCheck::resolve(&mut r, name, check));
+        }
         for expect in simulation.expect.iter().flatten().filter_map(Recover::as_ref) {
-            scenario.expect.extend(r.expect(expect));
+            scenario.expect.extend(r.expect(expect, simulation, &scenario.checks));
         }
         // what is faulty may be what drives them
         let whole = simulation.clocks.values().all(|c| c.as_ref().is_some())
@@ -158,7 +180,8 @@ impl Scenario {
     }
 }
 
-struct Resolver<'a> {
+/// Looks names up and computes times, telling of what is faulty.
+pub(super) struct Resolver<'a> {
     circuit: &'a Circuit,
     netlist: &'a Netlist,
     diagnostics: &'a mut Diagnostics,
@@ -169,7 +192,24 @@ impl Resolver<'_> {
         result.map_err(|d| self.diagnostics.push(d)).ok()
     }
 
-    fn signal(&mut self, name: &Name) -> Option<SignalId> {
+    /// Tells of a fault, where a result was wanted.
+    pub fn fault<T>(&mut self, fault: Diagnostic) -> Option<T> {
+        self.diagnostics.push(fault);
+        None
+    }
+
+    /// The bits of a signal.
+    pub fn width(&self, signal: SignalId) -> u32 {
+        self.netlist.signal(signal).width
+    }
+
+    /// The value of an expression.
+    pub fn number(&mut self, expr: &Expr) -> Option<i64> {
+        self.ok(expr.eval(&self.circuit.parameters))
+    }
+
+    /// The signal of a name.
+    pub fn signal(&mut self, name: &Name) -> Option<SignalId> {
         let found = self.netlist.find(name);
         if found.is_none() {
             let all: Vec<String> = self.netlist.signal_ids().map(|s| self.netlist.signal_path(s)).collect();
@@ -202,7 +242,8 @@ impl Resolver<'_> {
         self.ok(text.value(width))
     }
 
-    fn ticks(&mut self, time: &super::TimeText) -> Option<u64> {
+    /// A time in ticks.
+    pub fn ticks(&mut self, time: &super::TimeText) -> Option<u64> {
         self.ok(time.ticks(self.netlist.timescale(), &self.circuit.parameters))
     }
 
@@ -375,8 +416,53 @@ impl Resolver<'_> {
         self.netlist.signal_ids().filter(|s| chosen.contains(&s.index())).collect()
     }
 
-    fn expect(&mut self, expect: &Expect) -> Option<Expectation> {
-        let signal = self.signal(&expect.net)?;
+    /// A number of times.
+    fn count(&mut self, expr: &Expr, what: &str) -> Option<u64> {
+        let n = self.number(expr)?;
+        let Ok(n) = u64::try_from(n) else {
+            let message = format!("there cannot be {n} {what}");
+            return self.fault(Diagnostic::new(Code::BadScenario, message).at(expr.span(), ""));
+        };
+        Some(n)
+    }
+
+    /// A violation that is expected; `checks` are those without a fault.
+    fn violated(
+        &mut self,
+        name: &Name,
+        expect: &Expect,
+        simulation: &Simulation,
+        checks: &[TimingCheck],
+    ) -> Option<Expectation> {
+        if !simulation.checks.contains_key(name.value.as_str()) {
+            let names = simulation.checks.keys().map(|n| n.value.as_str());
+            let message = format!("the scenario has no timing check `{}`", name.value);
+            let fault = Diagnostic::new(Code::UnknownCheck, message).at(name.span, "not among its `checks`");
+            return self.fault(fault.did_you_mean(name, names));
+        }
+        let count = match &expect.violations {
+            Some(n) => Some(self.count(n, "violations")?),
+            None => None,
+        };
+        let first = match &expect.at {
+            Some(at) => Some(self.ticks(at)?),
+            None => None,
+        };
+        if let (Some(0), Some(_), Some(violations)) = (count, first, &expect.violations) {
+            let fault = Diagnostic::new(Code::BadScenario, "without a violation there is no time of the first");
+            return self.fault(fault.at(violations.span(), "1 or more, or leave out `at`"));
+        }
+        let check = checks.iter().position(|c| c.name == name.value)?;
+        let span = expect.violations.as_ref().map_or(name.span, Expr::span);
+        Some(Expectation { signal: checks[check].net, rule: Rule::Violated { check, count, first }, span })
+    }
+
+    fn expect(&mut self, expect: &Expect, simulation: &Simulation, checks: &[TimingCheck]) -> Option<Expectation> {
+        if let Some(name) = &expect.check {
+            return self.violated(name, expect, simulation, checks);
+        }
+        let net = expect.net.as_ref()?;
+        let signal = self.signal(net)?;
         let width = self.netlist.signal(signal).width;
         let rule = if let Some(value) = &expect.value {
             let at = match &expect.at {
@@ -385,17 +471,9 @@ impl Resolver<'_> {
             };
             Rule::Value(at, self.value(value, width)?)
         } else {
-            let pulses = expect.pulses.as_ref()?;
-            let n = self.ok(pulses.eval(&self.circuit.parameters))?;
-            let Ok(n) = u64::try_from(n) else {
-                self.diagnostics.push(
-                    Diagnostic::new(Code::BadScenario, format!("there cannot be {n} pulses")).at(pulses.span(), ""),
-                );
-                return None;
-            };
-            Rule::Pulses(n)
+            Rule::Pulses(self.count(expect.pulses.as_ref()?, "pulses")?)
         };
-        let span = expect.value.as_ref().map_or(expect.net.span, ValueText::span);
+        let span = expect.value.as_ref().map_or(net.span, ValueText::span);
         Some(Expectation { signal, rule, span })
     }
 
@@ -432,67 +510,5 @@ impl Resolver<'_> {
             let help = format!("add it to the scenario: {help}; or run with `--clock {name}=20`");
             self.diagnostics.push(fault.help(help));
         }
-    }
-}
-
-/// What stands for a dot that is part of a name.
-const DOT: char = '\u{1}';
-
-/// The path of a signal with `/` between scopes, so that a dot within a name (of Verilog's `\a.b `) is told from them.
-fn glob_path(netlist: &Netlist, id: SignalId) -> String {
-    let signal = netlist.signal(id);
-    let mut names = vec![signal.name.as_str()];
-    let mut scope = &netlist.scopes()[signal.scope.index()];
-    while let Some(parent) = scope.parent {
-        names.push(&scope.name);
-        scope = &netlist.scopes()[parent.index()];
-    }
-    let names: Vec<String> = names.iter().rev().map(|n| n.replace('.', DOT.encode_utf8(&mut [0; 4]))).collect();
-    names.join("/")
-}
-
-/// A glob over paths whose scopes are separated by `/`: `*` and `?` stay inside a scope, `**` crosses them. A dot is a
-/// separator or a dot within a name.
-fn glob_set(glob: &str) -> Result<GlobSet, String> {
-    let mut pattern = String::new();
-    let mut chars = glob.chars();
-    while let Some(c) = chars.next() {
-        match c {
-            // only a separator is beside `**`
-            '.' if pattern.ends_with("**") || chars.as_str().starts_with("**") => pattern.push('/'),
-            '.' => pattern.extend(['{', '/', ',', DOT, '}']),
-            '[' | ']' | '{' | '}' => pattern.extend(['\\', c]),
-            '\\' => pattern.extend(['\\', chars.next().ok_or("it ends in `\\`")?]),
-            c => pattern.push(c),
-        }
-    }
-    let glob = GlobBuilder::new(&pattern).literal_separator(true).backslash_escape(true).build();
-    let mut set = GlobSetBuilder::new();
-    set.add(glob.map_err(|e| e.kind().to_string())?);
-    set.build().map_err(|e| e.kind().to_string())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::glob_set;
-
-    #[test]
-    fn globs_respect_scopes_and_take_brackets_as_they_are() {
-        let is = |glob: &str, path: &str| glob_set(glob).unwrap().is_match(path.replace('.', "/"));
-        assert!(is("*", "f") && !is("*", "adder.s"));
-        assert!(is("**", "f") && is("**", "adder.fa[3].s"));
-        assert!(is("adder.*", "adder.s") && !is("adder.*", "adder.fa[3].s"));
-        assert!(is("adder.**", "adder.fa[3].s"));
-        assert!(is("**.s", "adder.fa[3].s") && is("**.s", "s"));
-        assert!(is("adder.fa[3].s", "adder.fa[3].s") && !is("adder.fa[3].s", "adder.fa3.s"));
-        assert!(is("ko?", "kox") && !is("ko?", "ko.x"));
-        assert!(is(r"\*", "*") && !is(r"\*", "f"));
-        assert!(glob_set("a\\").is_err());
-        // `a.b` in `u`, where the dot is part of the name
-        let dotted = |glob: &str| glob_set(glob).unwrap().is_match(format!("u/a{}b", super::DOT));
-        assert!(
-            dotted("u.*") && dotted("u.a.b") && dotted("**.a.b") && dotted("u.**") && dotted("u.a?b") && dotted("**")
-        );
-        assert!(!dotted("u.a.*.b") && !dotted("*"));
     }
 }

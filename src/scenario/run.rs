@@ -4,11 +4,12 @@
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::check::{CheckReport, Checker};
 use super::resolve::{Rule, Scenario};
 use crate::Value;
 use crate::engine::{Engine, UnknownControl, Unsettled};
-use crate::exchange::yosys::Check;
-use crate::exchange::yosys::check::{Seen, When};
+use crate::exchange::yosys::Monitor;
+use crate::exchange::yosys::monitor::{Seen, When};
 use crate::netlist::{Netlist, SignalId};
 use crate::simulator::read_bits;
 use crate::value::Word;
@@ -46,6 +47,8 @@ pub enum Found {
     Value(Value),
     /// Another number of pulses.
     Pulses(u64),
+    /// Other violations of a timing check: how many, and the tick of the first.
+    Violations(u64, Option<u64>),
     /// The run ended before the time.
     EndedBefore,
 }
@@ -61,11 +64,13 @@ pub struct Outcome {
     pub events: u64,
     /// Expectations that did not come true.
     pub failures: Vec<Failure>,
+    /// How the timing checks went, in the order of the scenario.
+    pub checks: Vec<CheckReport>,
     /// Where x or z reached a control.
     pub unknown_controls: Vec<UnknownControl>,
     /// How often an assertion or assumption of the circuit failed.
     pub assertions_failed: u64,
-    /// The numbers, among the checks, of what was to happen and did not.
+    /// The numbers, among the monitors, of what was to happen and did not.
     pub uncovered: Vec<usize>,
     /// The last values of the circuit's outputs, in order.
     pub outputs: Vec<(SignalId, Value)>,
@@ -98,7 +103,7 @@ pub struct Control<'c> {
     pub interrupt: &'c AtomicBool,
     /// Called now and then with the present tick.
     pub progress: &'c mut dyn FnMut(u64),
-    /// Called with what the circuit itself says: the tick, the number of the check, its message.
+    /// Called with what the circuit itself says: the tick, the number of the monitor, its message.
     pub message: &'c mut dyn FnMut(u64, usize, &str),
     /// Whether an x or z at a control ends it.
     pub unknown_control_ends: bool,
@@ -118,6 +123,8 @@ struct Count {
 /// The signals that are watched, and those that each net is part of.
 struct Watch<'n> {
     netlist: &'n Netlist,
+    /// The timing checks, if there are any.
+    checker: Option<Checker<'n>>,
     traced: Vec<SignalId>,
     /// For each net the first of its traced signals in `members`, and one past the last.
     start: Vec<u32>,
@@ -130,7 +137,7 @@ struct Watch<'n> {
 }
 
 impl<'n> Watch<'n> {
-    fn new(netlist: &'n Netlist, scenario: &Scenario, tracing: bool, engine: &mut dyn Engine) -> Watch<'n> {
+    fn new(netlist: &'n Netlist, scenario: &'n Scenario, tracing: bool, engine: &mut dyn Engine) -> Watch<'n> {
         let traced = if tracing { scenario.trace.clone() } else { Vec::new() };
         let mut start = vec![0u32; netlist.nets().len() + 1];
         for &signal in &traced {
@@ -153,33 +160,33 @@ impl<'n> Watch<'n> {
                 counts.push(Count { signal: e.signal, low: false, pulses: 0 });
             }
         }
-        let watched =
-            traced.iter().copied().chain(scenario.until.iter().map(|u| u.0)).chain(counts.iter().map(|c| c.signal));
-        let of_check = |c: &Check| {
-            let counter = if let When::Edge(counter) = c.when { Some(counter) } else { None };
-            std::iter::once(c.signal).chain(counter)
+        let checker = (!scenario.checks.is_empty()).then(|| Checker::new(&scenario.checks));
+        let watched = traced.iter().copied().chain(scenario.until.iter().map(|u| u.0));
+        let watched = watched.chain(counts.iter().map(|c| c.signal)).chain(checker.iter().flat_map(Checker::signals));
+        let of_monitor = |m: &Monitor| {
+            let counter = if let When::Edge(counter) = m.when { Some(counter) } else { None };
+            std::iter::once(m.signal).chain(counter)
         };
-        let watched: Vec<SignalId> = watched.chain(scenario.checks.iter().flat_map(of_check)).collect();
+        let watched: Vec<SignalId> = watched.chain(scenario.monitors.iter().flat_map(of_monitor)).collect();
         for signal in watched {
             netlist.bits(signal).iter().for_each(|s| engine.observe(s.net));
         }
         let widest = netlist.signals().iter().map(|s| words(s.width)).max().unwrap_or(1);
         Watch {
             netlist,
+            checker,
             traced,
             start,
             members,
             counts,
             buffer: vec![Word::ZERO; widest],
-            seen: vec![Seen::default(); scenario.checks.len()],
+            seen: vec![Seen::default(); scenario.monitors.len()],
             first: true,
         }
     }
 
     fn read(&mut self, engine: &dyn Engine, signal: SignalId) -> &[Word] {
-        let n = words(self.netlist.signal(signal).width);
-        read_bits(engine, self.netlist.bits(signal), &mut self.buffer[..n]);
-        &self.buffer[..n]
+        read(self.netlist, engine, signal, &mut self.buffer)
     }
 
     fn value(&mut self, engine: &dyn Engine, signal: SignalId) -> Value {
@@ -187,17 +194,17 @@ impl<'n> Watch<'n> {
         Value::from_words(self.read(engine, signal), width)
     }
 
-    /// Lets the checks look at the present values, if anything has changed.
-    fn look(&mut self, engine: &dyn Engine, checks: &[Check], outcome: &mut Outcome, control: &mut Control<'_>) {
-        if checks.is_empty() || engine.changes().is_empty() && !self.first {
+    /// Lets the circuit's own monitors look at the present values, if anything has changed.
+    fn look(&mut self, engine: &dyn Engine, monitors: &[Monitor], outcome: &mut Outcome, control: &mut Control<'_>) {
+        if monitors.is_empty() || engine.changes().is_empty() && !self.first {
             return;
         }
-        for (i, check) in checks.iter().enumerate() {
+        for (i, monitor) in monitors.iter().enumerate() {
             let mut seen = std::mem::take(&mut self.seen[i]);
-            let said = check.look(&mut seen, engine.now(), |signal| self.value(engine, signal));
+            let said = monitor.look(&mut seen, engine.now(), |signal| self.value(engine, signal));
             self.seen[i] = seen;
             if let Some(text) = said {
-                outcome.assertions_failed += u64::from(check.fails());
+                outcome.assertions_failed += u64::from(monitor.fails());
                 (control.message)(engine.now(), i, &text);
             }
         }
@@ -231,6 +238,9 @@ impl<'n> Watch<'n> {
             // a pulse is from a known 0 to a known 1
             count.pulses += u64::from(count.low && bit.is_one());
             count.low = bit.is_zero();
+        }
+        if let Some(checker) = &mut self.checker {
+            checker.look(self.netlist, engine, &mut self.buffer);
         }
         engine.clear_changes();
         Ok(())
@@ -271,6 +281,7 @@ pub fn run(
         time: 0,
         events: 0,
         failures: Vec::new(),
+        checks: Vec::new(),
         unknown_controls: Vec::new(),
         assertions_failed: 0,
         uncovered: Vec::new(),
@@ -286,6 +297,7 @@ pub fn run(
         sink.finish(outcome.time)?;
     }
     outcome.stop = end?;
+    outcome.checks = watch.checker.take().map_or_else(Vec::new, |c| c.finish(outcome.time));
     for (i, e) in scenario.expect.iter().enumerate() {
         let found = match &e.rule {
             Rule::Value(None, expected) => {
@@ -296,11 +308,18 @@ pub fn run(
                 let pulses = watch.counts.iter().find(|c| c.signal == e.signal).map_or(0, |c| c.pulses);
                 (pulses != *expected).then_some(Found::Pulses(pulses))
             }
+            Rule::Violated { check, count, first } => {
+                let report = &outcome.checks[*check];
+                let found = report.first.first().map(|v| v.time);
+                let as_expected =
+                    count.map_or(report.count > 0, |n| report.count == n) && (first.is_none() || found == *first);
+                (!as_expected).then_some(Found::Violations(report.count, found))
+            }
         };
         outcome.failures.extend(found.map(|found| Failure { expectation: i, found }));
     }
     outcome.failures.sort_by_key(|f| f.expectation);
-    let uncovered = scenario.checks.iter().zip(&watch.seen).enumerate();
+    let uncovered = scenario.monitors.iter().zip(&watch.seen).enumerate();
     outcome.uncovered = uncovered.filter(|(_, (c, seen))| c.is_uncovered(seen)).map(|(i, _)| i).collect();
     let outputs = netlist.signal_ids().filter(|&s| {
         matches!(netlist.signal(s).port, Some(crate::netlist::Direction::Output | crate::netlist::Direction::Inout))
@@ -337,7 +356,7 @@ fn instants(
         if stimulated {
             engine.settle()?;
         }
-        watch.look(engine, &scenario.checks, outcome, control);
+        watch.look(engine, &scenario.monitors, outcome, control);
         watch.record(engine, sink)?;
         while let Some(&(_, i)) = checks.next_if(|c| c.0 <= now) {
             let Rule::Value(_, expected) = &scenario.expect[i].rule else { continue };
@@ -372,6 +391,13 @@ fn instants(
         }
         (control.progress)(now);
     }
+}
+
+/// The present value of a signal, in a buffer that holds the widest.
+pub(super) fn read<'b>(netlist: &Netlist, engine: &dyn Engine, signal: SignalId, buffer: &'b mut [Word]) -> &'b [Word] {
+    let n = words(netlist.signal(signal).width);
+    read_bits(engine, netlist.bits(signal), &mut buffer[..n]);
+    &buffer[..n]
 }
 
 fn drive(engine: &mut dyn Engine, net: crate::netlist::NetId, value: &Value) {

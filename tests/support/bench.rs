@@ -1,7 +1,7 @@
 //! A circuit and the algorithm that it implements, side by side, compared on every clock.
 
 use discreta::circuit::{Circuit, load_with};
-use discreta::interpolate::{Clock, Columns, Interpolator};
+use discreta::interpolate::{Clock, Columns, Interpolator, Stopped};
 use discreta::{Input, Probe, Simulator};
 
 use super::repository;
@@ -24,7 +24,8 @@ type Values = [u64; 13];
 /// A circuit on which drawings are made one after another, without a reset between them.
 ///
 /// It has the ports of the line interpolator: `start` loads while it is 1, `dt` clocks, `x` and `y` (and `z`) are the
-/// step pulses, with `x_dir` … 1 for a step in the negative direction where the circuit has such ports.
+/// step pulses, with `x_dir` … 1 for a step in the negative direction where the circuit has such ports. One with the ports
+/// `overflow` and `watchdog` may stop without its end, and says so there.
 pub struct Bench<'c> {
     sim: Simulator<'c>,
     start: Input,
@@ -32,6 +33,7 @@ pub struct Bench<'c> {
     columns: Columns,
     shown: Vec<Shown>,
     directions: Vec<Option<Probe>>,
+    stops: Option<(Probe, Probe)>,
     pub clocks: u64,
 }
 
@@ -43,13 +45,16 @@ impl<'c> Bench<'c> {
         let names = columns.at.iter().chain(columns.left).chain(columns.sum).chain(&["end"]).chain(axes);
         let shown = names
             .map(|&name| {
-                let probe = sim.probe(name).unwrap_or_else(|e| panic!("{e}"));
-                let width = circuit.netlist.signal(circuit.netlist.find(name).unwrap()).width;
+                // a register that a circuit around an interpolator does not show is the interpolator's
+                let path = if circuit.netlist.find(name).is_some() { name.to_owned() } else { format!("core.{name}") };
+                let probe = sim.probe(&path).unwrap_or_else(|e| panic!("{e}"));
+                let width = circuit.netlist.signal(circuit.netlist.find(&path).unwrap()).width;
                 Shown { name, probe, mask: if width >= 64 { u64::MAX } else { (1 << width) - 1 } }
             })
             .collect();
         let directions = axes.iter().map(|axis| sim.probe(&format!("{axis}_dir")).ok()).collect();
-        let mut bench = Bench { sim, start, dt, columns, shown, directions, clocks: 0 };
+        let stops = sim.probe("overflow").ok().zip(sim.probe("watchdog").ok());
+        let mut bench = Bench { sim, start, dt, columns, shown, directions, stops, clocks: 0 };
         bench.sim.set(bench.dt, 0);
         bench
     }
@@ -131,9 +136,22 @@ impl<'c> Bench<'c> {
             self.check(&self.values(&last, [0; 3])).map_err(at(clock, 0))?;
         }
         self.clocks += clock;
-        match last.end {
-            true => Ok(()),
-            false => Err(format!("the algorithm stopped without its end: {:?}", algorithm.stopped())),
+        let stopped = algorithm.stopped();
+        match &self.stops {
+            Some((overflow, watchdog)) => {
+                let shown = [overflow, watchdog].map(|probe| self.sim.number(probe));
+                let expected = [
+                    matches!(stopped, Some(Stopped::Overflow { .. })),
+                    matches!(stopped, Some(Stopped::Watchdog { .. })),
+                ];
+                if shown == expected.map(|stop| Some(u64::from(stop))) {
+                    Ok(())
+                } else {
+                    Err(format!("overflow and watchdog show {shown:?}, expected {stopped:?}"))
+                }
+            }
+            None if last.end => Ok(()),
+            None => Err(format!("the algorithm stopped without its end: {stopped:?}")),
         }
     }
 

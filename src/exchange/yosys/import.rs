@@ -9,8 +9,8 @@ mod top;
 use std::collections::{BTreeMap, HashMap};
 
 use super::cells::{self, Type};
-use super::check::Check;
 use super::file::{self, Bit, Cell, File, Module, Port, Term};
+use super::monitor::Monitor;
 use super::origin::Origins;
 use crate::circuit::Limits;
 use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Span};
@@ -18,7 +18,7 @@ use crate::netlist::{Builder, Bus, Direction, ScopeId};
 use crate::{Logic, Value};
 
 /// How deep modules may be in one another, whatever the limit: each takes some of the stack.
-const DEEPEST: u64 = 2000;
+const DEEPEST: u64 = 300;
 
 /// No bit of the builder yet.
 const NONE: u32 = u32::MAX;
@@ -30,7 +30,7 @@ pub struct Imported {
     /// Where its cells and signals stand.
     pub origins: Origins,
     /// What its `$print`, `$assert` and like cells do.
-    pub checks: Vec<Check>,
+    pub monitors: Vec<Monitor>,
     /// Where the top module's name stands.
     pub span: Span,
 }
@@ -98,7 +98,7 @@ pub(super) struct Import<'f, 'a> {
     limits: &'f Limits,
     pub builder: Builder,
     pub diagnostics: Diagnostics,
-    pub checks: Vec<Check>,
+    pub monitors: Vec<Monitor>,
     origins: Origins,
     plans: Vec<Option<Plan>>,
     /// What each type is, by its term.
@@ -134,7 +134,7 @@ pub fn import(
         limits,
         builder: Builder::new(""),
         diagnostics: Diagnostics::new(),
-        checks: Vec::new(),
+        monitors: Vec::new(),
         origins: Origins::new(source),
         plans: file.modules.iter().map(|_| None).collect(),
         types: HashMap::new(),
@@ -147,9 +147,9 @@ pub fn import(
         at: NONE,
     };
     let result = import.run(top);
-    let Import { builder, diagnostics: told, checks, origins, full, .. } = import;
+    let Import { builder, diagnostics: told, monitors, origins, full, .. } = import;
     diagnostics.append(told);
-    result.filter(|_| !full).map(|span| Imported { builder, origins, checks, span })
+    result.filter(|_| !full).map(|span| Imported { builder, origins, monitors, span })
 }
 
 impl<'f, 'a> Import<'f, 'a> {
@@ -396,7 +396,7 @@ impl<'f, 'a> Import<'f, 'a> {
             told = Some(fault(Code::UnsupportedCell, message).help("read its Verilog too before `write_json`"));
         } else if here.depth >= self.limits.depth.min(DEEPEST) {
             let message = format!("modules are more than {} deep in one another", self.limits.depth.min(DEEPEST));
-            told = Some(fault(Code::TooLarge, message).help("raise the limit by `--limit depth=NUMBER`"));
+            told = Some(fault(Code::TooLarge, message).help("flatten it: `prep -flatten`"));
         }
         let parameters = here.module.parameters(cell);
         if told.is_none() && parameters.iter().any(|p| !inner.defaults.contains(p)) {

@@ -4,11 +4,11 @@
 //! everything comes from. `docs/yosys.md` says what is taken.
 
 pub(crate) mod cells;
-pub mod check;
 mod fields;
 pub mod file;
 pub mod format;
 mod import;
+pub mod monitor;
 pub mod origin;
 mod report;
 
@@ -18,8 +18,8 @@ use indexmap::IndexMap;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-pub use check::Check;
 pub(crate) use import::{Imported, import};
+pub use monitor::Monitor;
 pub use origin::Origins;
 pub(crate) use report::report;
 

@@ -108,7 +108,7 @@ impl DdaCircle {
     /// the other axis has steps left and is itself given 1 or more.
     #[must_use]
     pub const fn bound(&self) -> u64 {
-        (self.state.left[0] + self.state.left[1]) << self.state.bits
+        (self.state.left[0] + self.state.left[1]).saturating_mul(1 << self.state.bits)
     }
 
     fn shifts(&self) -> Option<u32> {

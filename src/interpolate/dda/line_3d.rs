@@ -5,6 +5,7 @@
 
 use std::iter::FusedIterator;
 
+use super::check_options;
 use crate::interpolate::{Clock, Columns, InputError, Interpolator, Line3dInput, Method, Options};
 
 /// What the command line asks for.
@@ -12,9 +13,7 @@ pub(in crate::interpolate) fn build(
     input: Line3dInput,
     options: &Options,
 ) -> Result<Box<dyn Interpolator>, InputError> {
-    if options.as_printed {
-        return Err(InputError::Option { method: Method::DdaLine3d, option: "--as-printed" });
-    }
+    check_options(Method::DdaLine3d, options)?;
     Ok(Box::new(DdaLine3d::new(input, options.half_preload)?))
 }
 

@@ -4,6 +4,8 @@
 //! adds to it; what passes 2^p is a carry, and a carry is a step. [`mod@line`] and [`circle`] differ in what is added.
 
 pub mod circle;
+pub mod conic;
+pub mod curve;
 pub mod line;
 pub mod line_3d;
 pub mod normalise;
@@ -73,7 +75,9 @@ const fn columns(normalised: bool) -> Columns {
 fn check_options(method: Method, options: &Options) -> Result<(), InputError> {
     let refused = [
         (options.centred, "--centred"),
-        (options.parallel && method == Method::DdaLine, "--parallel"),
+        (options.parallel && matches!(method, Method::DdaLine | Method::DdaLine3d), "--parallel"),
+        (options.normalise && matches!(method, Method::DdaLine3d | Method::DdaCurve), "--normalise"),
+        (options.as_printed && method == Method::DdaLine3d, "--as-printed"),
         (options.as_printed && options.normalise, "--normalise together with --as-printed"),
     ];
     match refused.into_iter().find(|r| r.0) {

@@ -18,7 +18,9 @@ pub(in crate::interpolate) fn build(input: LineInput, options: &Options) -> Resu
             let printed = EfLineFastPrinted::program(input)?;
             Box::new(Watchdog::new(printed, printed.bound()))
         }
-        (true, true) => return Err(InputError::Option { method: Method::EfLineFast, option: "--centred" }),
+        (true, true) => {
+            return Err(InputError::Option { method: Method::EfLineFast, option: "--centred with --as-printed" });
+        }
     })
 }
 

@@ -18,7 +18,9 @@ pub(in crate::interpolate) fn build(input: LineInput, options: &Options) -> Resu
             let printed = EfLinePrinted::new(input)?;
             Box::new(Watchdog::new(printed, printed.bound()))
         }
-        (true, true) => return Err(InputError::Option { method: Method::EfLine, option: "--centred" }),
+        (true, true) => {
+            return Err(InputError::Option { method: Method::EfLine, option: "--centred with --as-printed" });
+        }
     })
 }
 
@@ -101,8 +103,8 @@ impl EfLine {
         Ok(EfLine { state: State::load(input)? })
     }
 
-    /// The same with `F₀ = ⌊(ΔX − ΔY)/2⌋` for 0 (an extension): from 0 `F` goes over −ΔY … ΔX − 1, and so it lies in the
-    /// middle. The deviation is at most √½ BLU then, and `ΔX = 0` costs no clock without a step.
+    /// The same with `F₀ = ⌊(ΔX − ΔY)/2⌋` for 0 (an extension): the middle of −ΔY … ΔX − 1, the range of `F`. The
+    /// deviation is at most √½ BLU then, and `ΔX = 0` costs no clock without a step.
     ///
     /// # Errors
     /// As [`EfLine::new`].

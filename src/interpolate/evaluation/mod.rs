@@ -7,3 +7,6 @@ pub mod fast_line;
 pub mod karibsky;
 pub mod line;
 pub mod line_3d;
+
+#[cfg(test)]
+mod circle_tests;

@@ -1,7 +1,7 @@
 //! Cells that say something: prints and assertions.
 
-use super::super::check::{Check, Flavor, When};
 use super::super::format;
+use super::super::monitor::{Flavor, Monitor, When};
 use super::{Fault, Lower, Site};
 use crate::cell::{CellKind, Counter, Edge, Flop};
 use crate::netlist::{Bus, SignalId};
@@ -20,7 +20,7 @@ pub(super) fn find(name: &str) -> Option<Lower> {
                 "assume" => formatted(s, Flavor::Assume),
                 "cover" => formatted(s, Flavor::Cover),
                 other => Err(Fault {
-                    message: format!("checks of flavor `{other}` are for formal proofs"),
+                    message: format!("monitors of flavor `{other}` are for formal proofs"),
                     help: Some("write the netlist without it: `chformal -remove`".into()),
                     ..Fault::from(String::new())
                 }),
@@ -48,7 +48,7 @@ fn watch(s: &mut Site, flavor: Flavor, when: When, bus: &Bus, format: Vec<format
     let signal = signal(s, "watch", bus.clone());
     let source = s.cell.source.map(|t| s.import.file.terms.text(t).to_string());
     let name = s.import.builder.path(s.here.scope, &s.cell.name);
-    s.import.checks.push(Check { flavor, name, source, when, signal, format });
+    s.import.monitors.push(Monitor { flavor, name, source, when, signal, format });
 }
 
 fn formatted(s: &mut Site, flavor: Flavor) -> Result<(), Fault> {

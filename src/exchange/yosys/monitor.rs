@@ -33,7 +33,7 @@ pub enum When {
 
 /// A cell that says something while a circuit runs.
 #[derive(Clone, Debug)]
-pub struct Check {
+pub struct Monitor {
     /// What it is for.
     pub flavor: Flavor,
     /// Its path.
@@ -56,7 +56,7 @@ pub struct Seen {
     covered: bool,
 }
 
-impl Check {
+impl Monitor {
     /// Looks at the present values, of which `value` reads one; what is said, if anything is. A condition that is unknown
     /// does not hold, but that it has never been known yet is no news.
     pub fn look(&self, seen: &mut Seen, time: u64, mut value: impl FnMut(SignalId) -> Value) -> Option<String> {

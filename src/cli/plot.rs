@@ -1,0 +1,237 @@
+//! `discreta plot`: the path of a method or of a waveform over the ideal curve, as SVG.
+
+use std::io::Write as _;
+use std::path::Path;
+
+use super::args::{DrawingArgs, PlotArgs, Point};
+use super::progress::Progress;
+use super::{CliError, Out, Status, drawing, interrupt};
+use crate::interpolate::{Drawing, Ideal, Method};
+use crate::plot::{Picture, Recording};
+use crate::wave::output::{Destination, Output};
+use crate::wave::read::{ValueKind, Waves};
+
+/// Clocks between two looks at the terminal and at Ctrl-C.
+const OFTEN: u64 = 1 << 20;
+
+/// Runs the command.
+///
+/// # Errors
+/// What cannot be drawn, a waveform without the nets, a picture that cannot be written.
+pub fn run(args: &PlotArgs, out: &mut Out) -> Result<Status, CliError> {
+    let plotted = match args.what.parse::<Method>() {
+        Ok(method) => of_method(method, args)?,
+        Err(unknown) if !is_waveform(Path::new(&args.what)) => {
+            return Err(CliError::usage(format!("{unknown}")).with_hint("name a method, or a waveform that is there"));
+        }
+        Err(_) => of_trace(Path::new(&args.what), args)?,
+    };
+    let picture =
+        Picture { title: &plotted.title, note: &plotted.note, ideal: &plotted.ideal, recording: &plotted.recording };
+    let svg = picture.svg();
+    if args.output.as_os_str() == "-" {
+        out.bytes(svg.as_bytes())?;
+    } else {
+        let mut file = Output::create(&args.output)?;
+        file.write_all(svg.as_bytes())?;
+        file.complete()?;
+        let (deviation, clock) = plotted.recording.worst();
+        let (file, clocks) = (args.output.display(), plotted.recording.clocks());
+        out.write_fmt(format_args!(
+            "wrote {file}: {clocks} clocks, at most {:.3} BLU off, at clock {clock}\n",
+            deviation.abs()
+        ))?;
+    }
+    out.flush()?;
+    if let Some(stopped) = &plotted.stopped {
+        CliError::usage(stopped.as_str()).print();
+    }
+    Ok(Status::of(plotted.stopped.is_none()))
+}
+
+/// What there is to show.
+struct Plotted {
+    title: String,
+    note: String,
+    ideal: Ideal,
+    recording: Recording,
+    /// Why the end was not reached.
+    stopped: Option<String>,
+}
+
+/// A file that is there, or looks as if it should be: reading it tells what is wrong.
+fn is_waveform(path: &Path) -> bool {
+    path.exists() || path.extension().is_some_and(|e| ["vcd", "fst", "ghw"].iter().any(|known| e == *known))
+}
+
+fn of_method(method: Method, args: &PlotArgs) -> Result<Plotted, CliError> {
+    let of_traces = [
+        ("--x", args.x.is_some()),
+        ("--y", args.y.is_some()),
+        ("--z", args.z.is_some()),
+        ("--clock", args.clock.is_some()),
+        ("--signed", args.signed),
+    ];
+    if let Some((option, _)) = of_traces.into_iter().find(|(_, given)| *given) {
+        return Err(CliError::usage(format!("{method} has no option {option}")).with_hint("it is for waveforms"));
+    }
+    let (request, drawing) = drawing::draw(method, &args.drawing)?;
+    let Drawing { mut interpolator, ideal, bits } = drawing;
+    let axes = interpolator.columns().at.len();
+    interrupt::watch();
+    let mut progress = Progress::new("drawing", "clocks", None);
+    let away = |at: [i64; 3]| ideal.deviation(at.map(|v| v as f64));
+    let start = interpolator.state().at;
+    let mut recording = Recording::new(axes, start, away(start));
+    for c in interpolator.by_ref() {
+        recording.push(c.at, away(c.at));
+        if recording.clocks().is_multiple_of(OFTEN) {
+            progress.set(recording.clocks());
+            if interrupt::interrupted() {
+                return Err(CliError::usage("interrupted; nothing was drawn"));
+            }
+        }
+    }
+    let stopped = interpolator.stopped().map(|s| s.to_string());
+    let title = drawing::title(&request, axes);
+    let mut note = note(&recording, Some(bits), stopped.is_some());
+    if let Some(conic) = request.conic {
+        let conic: Vec<String> = conic.iter().map(i64::to_string).collect();
+        note = format!("A…F = {}; {note}", conic.join(", "));
+    }
+    Ok(Plotted { title, note, ideal, recording, stopped })
+}
+
+fn note(recording: &Recording, bits: Option<u32>, stopped: bool) -> String {
+    let clocks = recording.clocks();
+    let mut note = format!("{clocks} clock{}", if clocks == 1 { "" } else { "s" });
+    if let Some(bits) = bits {
+        note += &format!(", registers of {bits} bits");
+    }
+    if stopped {
+        note += "; the end was not reached";
+    }
+    note
+}
+
+fn of_trace(path: &Path, args: &PlotArgs) -> Result<Plotted, CliError> {
+    let DrawingArgs { to, from, center, ccw, cw, .. } = args.drawing;
+    if let Some(option) = args.drawing.of_methods_alone() {
+        return Err(CliError::usage(format!("a waveform has no option {option}")).with_hint("it is for methods"));
+    }
+    let mut waves = Waves::open(path)?;
+    let points = sampled(&mut waves, args)?;
+    let axes = 2 + usize::from(args.z.is_some());
+    let (Some(&first), Some(&last)) = (points.first(), points.last()) else {
+        let fault = format!("in `{}` the coordinates are never known at a clock", path.display());
+        return Err(CliError::usage(fault).with_hint("does START come before the first clock?"));
+    };
+    let given = |point: Option<Point>, otherwise| point.map_or(otherwise, |p| [p.x, p.y, p.z.unwrap_or(0)]);
+    let (from, to) = (given(from, first), given(to, last));
+    let arc = center.is_some() || ccw || cw;
+    if arc && axes == 3 {
+        return Err(CliError::usage("arcs lie in the plane: --z does not go with --center, --cw and --ccw"));
+    }
+    let plane = |p: [i64; 3]| [p[0] as f64, p[1] as f64];
+    let ideal = if arc {
+        Ideal::arc(plane(given(center, [0; 3])), plane(from), plane(to), cw)
+    } else {
+        Ideal::segment(from, to)
+    };
+    let away = |at: [i64; 3]| ideal.deviation(at.map(|v| v as f64));
+    let mut recording = Recording::new(axes, first, away(first));
+    points[1..].iter().for_each(|&at| recording.push(at, away(at)));
+    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+    let shape = if arc { "an arc" } else { "a line" };
+    let title = format!("{name}: {shape} {} → {}", drawing::point(from, axes), drawing::point(to, axes));
+    let note = note(&recording, None, false);
+    Ok(Plotted { title, note, ideal, recording, stopped: None })
+}
+
+/// The coordinates before the first clock and at the end of each: just before the leading edge of the next.
+fn sampled(waves: &mut Waves, args: &PlotArgs) -> Result<Vec<[i64; 3]>, CliError> {
+    let clock = changes(waves, args.clock.as_deref().unwrap_or("dt"), "--clock")?;
+    let mut nets = Vec::new();
+    for (name, default, option) in [(&args.x, Some("xt"), "--x"), (&args.y, Some("yt"), "--y"), (&args.z, None, "--z")]
+    {
+        if let Some(name) = name.as_deref().or(default) {
+            nets.push(changes(waves, name, option)?);
+        }
+    }
+    let rising = clock.windows(2).filter(|pair| pair[1].1 == "1" && pair[0].1 != "1").map(|pair| pair[1].0);
+    let mut points = Vec::new();
+    let mut before = vec![0; nets.len()];
+    for edge in rising.chain([u64::MAX]) {
+        let mut at = [Some(0); 3];
+        for ((axis, net), before) in nets.iter().enumerate().zip(&mut before) {
+            while net.get(*before).is_some_and(|(time, _)| *time < edge) {
+                *before += 1;
+            }
+            at[axis] = before.checked_sub(1).and_then(|i| coordinate(&net[i].1, args.signed));
+        }
+        match at {
+            [Some(x), Some(y), Some(z)] => points.push([x, y, z]),
+            // not yet known; once they are, a gap would show a path that there is not
+            _ if points.is_empty() => {}
+            _ => {
+                return Err(CliError::usage(format!("a coordinate is unknown before the edge of the clock at {edge}")));
+            }
+        }
+    }
+    Ok(points)
+}
+
+/// The changes of the net of a name: the full name, or else the only one nearest to the top that ends in it.
+fn changes(waves: &mut Waves, name: &str, option: &str) -> Result<Vec<(u64, String)>, CliError> {
+    let path = waves.path().display().to_string();
+    let found = match waves.find(name) {
+        Some(found) => found,
+        None => {
+            let inner = format!(".{name}");
+            let vars = || waves.vars().iter().enumerate().filter(|(_, v)| v.name.ends_with(&inner));
+            let depth = |name: &str| name.matches('.').count();
+            let least = vars().map(|(_, v)| depth(&v.name)).min();
+            let nearest: Vec<usize> = vars().filter(|(_, v)| Some(depth(&v.name)) == least).map(|(i, _)| i).collect();
+            match nearest[..] {
+                [one] => one,
+                [] => {
+                    let fault = CliError::usage(format!("`{path}` has no net `{name}`"));
+                    return Err(fault.with_hint(format!("name another with {option}")));
+                }
+                [a, b, ..] => {
+                    let [a, b] = [a, b].map(|i| waves.vars()[i].name.clone());
+                    let fault = CliError::usage(format!("`{path}` has several nets `{name}`"));
+                    return Err(fault.with_hint(format!("name one in full with {option}, such as {a} or {b}")));
+                }
+            }
+        }
+    };
+    if !matches!(waves.vars()[found].kind, ValueKind::Bits(1..=63)) {
+        return Err(CliError::usage(format!("`{name}` is {}, not 1 to 63 bits", waves.vars()[found].kind)));
+    }
+    Ok(waves.load(found)?.changes().collect())
+}
+
+/// The number that bits are; none if one of them is unknown.
+fn coordinate(bits: &str, signed: bool) -> Option<i64> {
+    let value = i64::from_str_radix(bits, 2).ok()?;
+    let negative = signed && bits.starts_with('1');
+    Some(if negative { value - (1 << bits.len()) } else { value })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coordinates() {
+        assert_eq!(
+            [coordinate("0101", false), coordinate("1111", false), coordinate("1x11", false)],
+            [Some(5), Some(15), None]
+        );
+        assert_eq!(
+            [coordinate("0101", true), coordinate("1111", true), coordinate("1000", true)],
+            [Some(5), Some(-1), Some(-8)]
+        );
+    }
+}

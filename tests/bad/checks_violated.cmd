@@ -1,0 +1,1 @@
+run checks_violated.json
