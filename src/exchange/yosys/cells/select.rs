@@ -34,7 +34,7 @@ pub(super) fn find(name: &str) -> Option<Lower> {
             let (a, b, select, y) = (s.input("A"), s.input("B"), s.input("S"), s.output("Y"));
             let (width, inputs) = (y.width(), select.width());
             s.expect_width("A", a.width(), width)?;
-            s.expect_width("B", b.width(), width.checked_mul(inputs).unwrap_or(u32::MAX))?;
+            s.expect_width("B", b.width(), width.saturating_mul(inputs))?;
             match (width, inputs) {
                 (0, _) => {}
                 // nothing to choose from
