@@ -27,8 +27,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let scenario = Scenario { limit: 200, trace: netlist.signal_ids().collect(), ..Scenario::default() };
     let mut waveform = VcdWriter::new(Output::create(Path::new("counter.vcd"))?);
-    let mut control =
-        Control { interrupt: &AtomicBool::new(false), progress: &mut |_| {}, unknown_control_ends: false };
+    let mut control = Control {
+        interrupt: &AtomicBool::new(false),
+        progress: &mut |_| {},
+        message: &mut |_, _, _| {},
+        unknown_control_ends: false,
+    };
     let outcome = run(&netlist, &scenario, &mut EventEngine::new(&netlist), Some(&mut waveform), &mut control)
         .map_err(|e| format!("{e:?}"))?;
     println!("after {} ticks q is {}; see counter.vcd", outcome.time, outcome.outputs[0].1);

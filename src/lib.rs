@@ -31,6 +31,7 @@ pub mod cli;
 pub mod compare;
 pub mod diag;
 pub mod engine;
+pub mod exchange;
 pub mod interpolate;
 pub mod json;
 pub mod netlist;

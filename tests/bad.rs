@@ -18,6 +18,26 @@ const MADE: &[Made] = &[
     ("made_brackets", "check made_brackets.json", || "[".repeat(50 << 20)),
     ("made_spaces", "check made_spaces.json --limit file-size=1000000", || " ".repeat(1_000_001)),
     ("made_deep_hierarchy", "check made_deep_hierarchy.json", || hierarchy(1000, 1)),
+    ("made_yosys_doubling", "check made_yosys_doubling.json", || {
+        let level = |i: u32| {
+            let cell = |n| format!(r#""c{n}": {{ "type": "m{}", "connections": {{}} }}"#, i + 1);
+            let cells = if i < 60 { format!("{}, {}", cell(0), cell(1)) } else { String::new() };
+            format!(r#""m{i}": {{ "ports": {{}}, "cells": {{ {cells} }} }}"#)
+        };
+        let modules: Vec<String> = (0..=60).map(level).collect();
+        format!(r#"{{ "creator": "Yosys", "modules": {{ {} }} }}"#, modules.join(", "))
+    }),
+    ("made_yosys_wide_table", "check made_yosys_wide_table.json", || {
+        let bits = vec!["2"; 40].join(", ");
+        let cell = |kind: &str, port: &str| {
+            format!(
+                r#""{kind}": {{ "type": "{kind}", "parameters": {{ "WIDTH": 40, "DEPTH": 400000000, "S_WIDTH": 40 }},
+                "connections": {{ "{port}": [ {bits} ], "Y": [ 3 ] }} }}"#
+            )
+        };
+        let cells = [cell("$lut", "A"), cell("$sop", "A"), cell("$bmux", "S"), cell("$demux", "S")].join(",\n");
+        format!(r#"{{ "creator": "Yosys", "modules": {{ "m": {{ "ports": {{}}, "cells": {{ {cells} }} }} }} }}"#)
+    }),
     ("made_deep_allowed", "check made_deep_allowed.json --limit depth=2000", || hierarchy(1000, 1)),
     ("made_doubling", "check made_doubling.json", || hierarchy(60, 2)),
     ("made_deep_blocks", "check made_deep_blocks.json", || {

@@ -212,7 +212,12 @@ fn check(path: &Path) -> bool {
     scenario.limit = scenario.limit.min(TICKS);
     let mut engine = EventEngine::new(&circuit.netlist);
     let (interrupt, mut progress) = (AtomicBool::new(false), |_| {});
-    let mut control = Control { interrupt: &interrupt, progress: &mut progress, unknown_control_ends: false };
+    let mut control = Control {
+        interrupt: &interrupt,
+        progress: &mut progress,
+        message: &mut |_, _, _| {},
+        unknown_control_ends: false,
+    };
     // it may well not settle
     let _ = discreta::scenario::run(&circuit.netlist, &scenario, &mut engine, None, &mut control);
     true

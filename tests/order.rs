@@ -197,7 +197,7 @@ fn kind(rng: &mut Rng) -> CellKind {
         14..=16 => K::Flop(Box::new(state)),
         17 => K::Counter(Box::new(Counter { edge: state.edge, step: Value::from_u64(1, width), init: state.init })),
         18 => K::Accumulator(Box::new(Accumulator { edge: state.edge, init: state.init })),
-        _ if rng.one_in(2) => K::Delay { width, ticks: 1 + rng.below(5) },
+        _ if rng.one_in(2) => K::Delay { width, ticks: 1 + rng.below(5), init: None },
         _ => K::RcDelay(Rc { tau: 2.5, rise: 0.6, fall: 0.4 }),
     }
 }

@@ -207,7 +207,7 @@ pub fn element(name: &str) -> Option<&'static Element> {
 
 impl CellKind {
     /// The name of the element that makes such a cell; of `dff` and `register`, which are of one kind, `dff`. What joins
-    /// the drivers of a bus is no element, and a `resolve`.
+    /// the drivers of a bus is no element, and a `resolve`; nor are the kinds that only other formats make.
     #[must_use]
     pub fn element(&self) -> &'static str {
         match self {
@@ -234,6 +234,20 @@ impl CellKind {
             CellKind::Compare { op: CompareOp::Le, .. } => "le",
             CellKind::Compare { op: CompareOp::Gt, .. } => "gt",
             CellKind::Compare { op: CompareOp::Ge, .. } => "ge",
+            CellKind::Compare { op: CompareOp::Same, .. } => "same",
+            CellKind::Compare { op: CompareOp::Differs, .. } => "differs",
+            CellKind::Shift { .. } => "shift",
+            CellKind::Divide { .. } => "divider",
+            CellKind::Power { .. } => "power",
+            CellKind::OneHotMux { .. } => "one_hot_mux",
+            CellKind::Demux { .. } => "demux",
+            CellKind::BitMux { .. } => "bit_mux",
+            CellKind::BitSame { .. } => "bit_same",
+            CellKind::Products { .. } => "products",
+            CellKind::CarrySave { .. } => "carry_save",
+            CellKind::Carry { .. } => "carry",
+            CellKind::Alu(_) => "alu",
+            CellKind::EdgeFlop(_) => "edge_dff",
             CellKind::Tristate { .. } => "tristate",
             CellKind::Resolve { .. } => "resolve",
             CellKind::Sr { .. } => "sr",

@@ -72,6 +72,10 @@ pub struct Equipment {
     pub counters: Parts,
     /// Accumulators, each with an adder of its own. Their bits are among the flip-flops.
     pub accumulators: Parts,
+    /// Shifters; the bits are those of the result.
+    pub shifters: Parts,
+    /// Dividers and powers; the bits are those of the result.
+    pub dividers: Parts,
     /// Tri-state drivers.
     pub tristates: Parts,
     /// Delays and RC nodes.
@@ -97,6 +101,8 @@ impl AddAssign for Equipment {
         self.multiplexers += o.multiplexers;
         self.counters += o.counters;
         self.accumulators += o.accumulators;
+        self.shifters += o.shifters;
+        self.dividers += o.dividers;
         self.tristates += o.tristates;
         self.delays += o.delays;
         self.clocks += o.clocks;
@@ -131,6 +137,25 @@ impl CellKind {
         let none = Equipment::default();
         let bits = u64::from(self.output_width(0));
         match *self {
+            CellKind::Shift { width, .. } => Equipment { shifters: Parts::one(width), ..none },
+            CellKind::Divide { width, .. } | CellKind::Power { width, .. } => {
+                Equipment { dividers: Parts::one(width), ..none }
+            }
+            CellKind::OneHotMux { .. } | CellKind::Demux { .. } | CellKind::BitMux { .. } => {
+                Equipment { multiplexers: Parts::one(self.output_width(0)), ..none }
+            }
+            CellKind::BitSame { width } => Equipment { comparators: Parts::one(width), ..none },
+            // an AND for each product and an OR of them
+            CellKind::Products { ref table, width } => {
+                let n = crate::value::word::words(width);
+                let literals = |p: &[(u64, u64)]| p.iter().map(|t| t.0.count_ones() + t.1.count_ones()).sum::<u32>();
+                let products: u64 = table.chunks_exact(n).map(|p| joins(literals(p))).sum();
+                let number = table.len() / n;
+                Equipment { gates: number as u64 + 1, two_input_gates: products + joins(number as u32), ..none }
+            }
+            CellKind::CarrySave { width } => Equipment { full_adders: width.into(), ..none },
+            CellKind::Carry { .. } | CellKind::Alu(_) => Equipment { adders: Parts::one(self.output_width(0)), ..none },
+            CellKind::EdgeFlop(_) => Equipment { flip_flops: bits, ..none },
             CellKind::Gate { op: GateOp::Not, .. } => Equipment { inverters: bits, ..none },
             CellKind::Gate { op: GateOp::Buf, .. } => Equipment { buffers: bits, ..none },
             CellKind::Gate { inputs, .. } => Equipment { gates: bits, two_input_gates: bits * joins(inputs), ..none },
@@ -176,7 +201,10 @@ impl CellKind {
     /// Whether its logic, if it has any, is gates, so that its levels are levels of gates and not of elements.
     #[must_use]
     pub fn is_gates(&self) -> bool {
-        let gates = matches!(self, CellKind::Gate { .. } | CellKind::AndOr { .. } | CellKind::IsZero { .. });
+        let gates = matches!(
+            self,
+            CellKind::Gate { .. } | CellKind::AndOr { .. } | CellKind::IsZero { .. } | CellKind::Products { .. }
+        );
         gates || (0..self.outputs().len()).all(|pin| self.levels(pin) == 0)
     }
 
@@ -195,7 +223,18 @@ impl CellKind {
             | CellKind::Adder { .. }
             | CellKind::Multiply { .. }
             | CellKind::Compare { .. }
+            | CellKind::Shift { .. }
+            | CellKind::Divide { .. }
+            | CellKind::Power { .. }
+            | CellKind::OneHotMux { .. }
+            | CellKind::Demux { .. }
+            | CellKind::BitMux { .. }
+            | CellKind::BitSame { .. }
+            | CellKind::CarrySave { .. }
+            | CellKind::Carry { .. }
+            | CellKind::Alu(_)
             | CellKind::Tristate { .. } => 1,
+            CellKind::Products { .. } => 2,
             CellKind::Counter(_) | CellKind::Accumulator(_) => u32::from(index == 1),
             _ => 0,
         }
@@ -210,6 +249,11 @@ impl CellKind {
             (CellKind::AndOr { .. } | CellKind::Mux { .. } | CellKind::Tristate { .. }, ..)
             | (CellKind::HalfAdder | CellKind::FullAdder | CellKind::Adder { .. }, ..)
             | (CellKind::Multiply { .. } | CellKind::Compare { .. } | CellKind::IsZero { .. }, ..) => Flow::Whole,
+            (CellKind::OneHotMux { .. }, 0, _)
+            | (CellKind::BitMux { .. } | CellKind::BitSame { .. } | CellKind::CarrySave { .. }, ..) => Flow::Bitwise,
+            (CellKind::Shift { .. } | CellKind::Divide { .. } | CellKind::Power { .. }, ..)
+            | (CellKind::OneHotMux { .. } | CellKind::Demux { .. } | CellKind::Products { .. }, ..)
+            | (CellKind::Carry { .. } | CellKind::Alu(_), ..) => Flow::Whole,
             // the carry of q + d + ci
             (CellKind::Accumulator(_), 1 | 2, 1) => Flow::Whole,
             _ => Flow::None,

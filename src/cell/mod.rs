@@ -5,24 +5,32 @@
 //! queue, no files.
 
 pub mod arith;
+pub mod carry;
+pub mod choose;
 pub mod counter;
+pub mod divide;
 pub mod element;
 pub mod equipment;
+mod evaluate;
 pub mod gate;
 pub mod select;
+pub mod shift;
 pub mod storage;
 pub mod time;
 
 use crate::Value;
-use crate::value::Word;
-use crate::value::word::{extract, words};
 
 pub use arith::AddOp;
+pub use carry::Alu;
 pub use counter::{Accumulator, Counter};
+pub use divide::DivideOp;
 pub use element::{Argument, Arguments, Element, element, elements};
 pub use equipment::{Equipment, Flow, Parts};
+use evaluate::word_of;
+pub use evaluate::{clocked, evaluate};
 pub use gate::GateOp;
 pub use select::CompareOp;
+pub use shift::ShiftOp;
 pub use storage::{Edge, Flop};
 pub use time::{Clock, Rc};
 
@@ -84,6 +92,80 @@ pub enum CellKind {
         /// Two's complement.
         signed: bool,
     },
+    /// Shifter by a variable amount, or selector of a part.
+    Shift {
+        /// What it does.
+        op: ShiftOp,
+        /// Bits of `a`.
+        a_width: u32,
+        /// Bits of `b`, the amount.
+        b_width: u32,
+        /// Bits of the result.
+        width: u32,
+    },
+    /// Divider.
+    Divide {
+        /// What it gives.
+        op: DivideOp,
+        /// Bits of the operands and of the result.
+        width: u32,
+        /// Two's complement.
+        signed: bool,
+    },
+    /// Power.
+    Power {
+        /// Bits of the base and of the result.
+        width: u32,
+        /// Bits of the exponent.
+        b_width: u32,
+        /// The base is in two's complement.
+        a_signed: bool,
+        /// The exponent is in two's complement.
+        b_signed: bool,
+    },
+    /// Multiplexer with a select line for each input and one that holds while none is active.
+    OneHotMux {
+        /// Bits of each input.
+        width: u32,
+        /// Number of select lines.
+        inputs: u32,
+    },
+    /// Demultiplexer.
+    Demux {
+        /// Bits of the input and of each output.
+        width: u32,
+        /// Bits of the select; there are 2^select outputs.
+        select: u32,
+    },
+    /// Multiplexer with a select for each bit.
+    BitMux {
+        /// Bits.
+        width: u32,
+    },
+    /// Whether bits are the same of 0, 1, x and z, bit by bit.
+    BitSame {
+        /// Bits.
+        width: u32,
+    },
+    /// Sum of products.
+    Products {
+        /// Bits of the input.
+        width: u32,
+        /// For each product, for each 64 inputs, those that it wants to be 0 and those that it wants to be 1.
+        table: Box<[(u64, u64)]>,
+    },
+    /// Full adders side by side.
+    CarrySave {
+        /// Bits.
+        width: u32,
+    },
+    /// Carry chain.
+    Carry {
+        /// Bits.
+        width: u32,
+    },
+    /// Adder and subtractor with all its carries.
+    Alu(Alu),
     /// Zero detector.
     IsZero {
         /// Bits of the operand.
@@ -114,6 +196,9 @@ pub enum CellKind {
     Latch(Box<Flop>),
     /// D flip-flop or register.
     Flop(Box<Flop>),
+    /// D flip-flop whose asynchronous controls act when they become active, as an `always` block does that waits for
+    /// their edges: what is loaded does not follow `ad` afterwards, and a set does not act when a reset ends.
+    EdgeFlop(Box<Flop>),
     /// Counter.
     Counter(Box<Counter>),
     /// Accumulator.
@@ -126,6 +211,8 @@ pub enum CellKind {
         width: u32,
         /// Ticks.
         ticks: u64,
+        /// What comes out before anything has got through; x if nothing is said.
+        init: Option<Box<Value>>,
     },
     /// RC node with a threshold.
     RcDelay(Rc),
@@ -144,6 +231,8 @@ pub enum Role {
     Level,
     /// A control that is read at the clock edge.
     Enable,
+    /// A control that acts when it becomes active, as the clock does at its rising edge.
+    Trigger,
     /// The input of a delay: its change changes an output later.
     Delayed,
 }
@@ -167,7 +256,7 @@ const fn high(name: &'static str, role: Role) -> Pin {
     Pin { name, role, default: true }
 }
 
-use Role::{Data, Delayed, Enable, Level, Sampled};
+use Role::{Data, Delayed, Enable, Level, Sampled, Trigger};
 const CLK: Pin = pin("clk", Role::Clock);
 const UNARY: &[Pin] = &[pin("a", Data)];
 const BINARY: &[Pin] = &[pin("a", Data), pin("b", Data)];
@@ -192,6 +281,20 @@ const FLOP: &[Pin] = &[
     pin("sync_reset", Enable),
 ];
 const LATCH: &[Pin] = &[pin("en", Level), pin("d", Data), pin("set", Level), pin("reset", Level)];
+const ONE_HOT: &[Pin] = &[pin("a", Data), pin("b", Data), pin("s", Data)];
+const DEMUX: &[Pin] = &[pin("a", Data), pin("s", Data)];
+const CARRY_SAVE: &[Pin] = &[pin("a", Data), pin("b", Data), pin("c", Data)];
+const CARRY: &[Pin] = &[pin("p", Data), pin("g", Data), pin("ci", Data)];
+const ALU: &[Pin] = &[pin("a", Data), pin("b", Data), pin("ci", Data), pin("bi", Data)];
+const EDGE_FLOP: &[Pin] = &[
+    CLK,
+    pin("d", Sampled),
+    pin("ad", Sampled),
+    pin("aload", Trigger),
+    pin("set", Trigger),
+    pin("reset", Trigger),
+    high("en", Enable),
+];
 const COUNTER: &[Pin] = &[
     CLK,
     pin("d", Data),
@@ -216,6 +319,16 @@ impl CellKind {
             CellKind::Adder { op: AddOp::Sub, .. } => SUB,
             CellKind::Adder { op: AddOp::AddSub, .. } => ADD_SUB,
             CellKind::HalfAdder | CellKind::Multiply { .. } | CellKind::Compare { .. } => BINARY,
+            CellKind::Shift { .. } | CellKind::Divide { .. } | CellKind::Power { .. } | CellKind::BitSame { .. } => {
+                BINARY
+            }
+            CellKind::OneHotMux { .. } | CellKind::BitMux { .. } => ONE_HOT,
+            CellKind::Demux { .. } => DEMUX,
+            CellKind::Products { .. } => UNARY,
+            CellKind::CarrySave { .. } => CARRY_SAVE,
+            CellKind::Carry { .. } => CARRY,
+            CellKind::Alu(_) => ALU,
+            CellKind::EdgeFlop(_) => EDGE_FLOP,
             CellKind::Tristate { .. } => TRISTATE,
             CellKind::Constant(_) | CellKind::Clock(_) => &[],
             CellKind::Sr { .. } => SR,
@@ -234,6 +347,10 @@ impl CellKind {
             CellKind::HalfAdder | CellKind::FullAdder => &["s", "co"],
             CellKind::Adder { op: AddOp::Sub, .. } => &["y", "bo"],
             CellKind::Adder { .. } => &["y", "co"],
+            CellKind::CarrySave { .. } => &["x", "y"],
+            CellKind::Carry { .. } => &["co"],
+            CellKind::Alu(_) => &["x", "y", "co"],
+            CellKind::EdgeFlop(_) => &["q"],
             CellKind::Sr { .. } | CellKind::Latch(_) | CellKind::Flop(_) => &["q", "qn"],
             CellKind::Counter(_) => &["q", "zero"],
             CellKind::Accumulator(_) => &["q", "co"],
@@ -264,6 +381,18 @@ impl CellKind {
             (CellKind::Multiply { b_width, .. }, _) => *b_width,
             (CellKind::Compare { width, .. } | CellKind::IsZero { width } | CellKind::Delay { width, .. }, _) => *width,
             (CellKind::Tristate { width }, 0) => *width,
+            (CellKind::Shift { a_width, .. }, 0) => *a_width,
+            (CellKind::Shift { b_width, .. }, _) | (CellKind::Power { b_width, .. }, 1) => *b_width,
+            (CellKind::Divide { width, .. } | CellKind::Power { width, .. }, _) => *width,
+            (CellKind::OneHotMux { width, .. } | CellKind::Demux { width, .. }, 0) => *width,
+            (CellKind::OneHotMux { width, inputs }, 1) => width * inputs,
+            (CellKind::OneHotMux { inputs, .. }, _) => *inputs,
+            (CellKind::Demux { select, .. }, _) => *select,
+            (CellKind::BitMux { width } | CellKind::BitSame { width } | CellKind::Products { width, .. }, _) => *width,
+            (CellKind::CarrySave { width }, _) | (CellKind::Carry { width }, 0 | 1) => *width,
+            (CellKind::Alu(alu), 0) => alu.a_width,
+            (CellKind::Alu(alu), 1) => alu.b_width,
+            (CellKind::EdgeFlop(f), 1 | 2) => f.init.width(),
             (CellKind::Latch(f) | CellKind::Flop(f), 1) => f.init.width(),
             (CellKind::Counter(c), 1) => c.init.width(),
             (CellKind::Accumulator(a), 1) => a.init.width(),
@@ -282,9 +411,20 @@ impl CellKind {
                 | CellKind::Tristate { width }
                 | CellKind::Resolve { width, .. }
                 | CellKind::Delay { width, .. }
-                | CellKind::Adder { width, .. },
+                | CellKind::Adder { width, .. }
+                | CellKind::Shift { width, .. }
+                | CellKind::Divide { width, .. }
+                | CellKind::Power { width, .. }
+                | CellKind::OneHotMux { width, .. }
+                | CellKind::BitMux { width }
+                | CellKind::BitSame { width }
+                | CellKind::Carry { width },
                 0,
             ) => *width,
+            (CellKind::CarrySave { width }, _) => *width,
+            (CellKind::Demux { width, select }, _) => width << select,
+            (CellKind::Alu(alu), _) => alu.width,
+            (CellKind::EdgeFlop(f), _) => f.init.width(),
             (CellKind::Multiply { a_width, b_width, .. }, _) => a_width + b_width,
             (CellKind::Constant(v), _) => v.width(),
             (CellKind::Latch(f) | CellKind::Flop(f), _) => f.init.width(),
@@ -298,7 +438,7 @@ impl CellKind {
     #[must_use]
     pub fn edge(&self) -> Option<Edge> {
         match self {
-            CellKind::Flop(f) => Some(f.edge),
+            CellKind::Flop(f) | CellKind::EdgeFlop(f) => Some(f.edge),
             CellKind::Counter(c) => Some(c.edge),
             CellKind::Accumulator(a) => Some(a.edge),
             _ => None,
@@ -310,128 +450,10 @@ impl CellKind {
     pub fn init(&self) -> Option<&Value> {
         match self {
             CellKind::Sr { init, .. } => Some(init),
-            CellKind::Latch(f) | CellKind::Flop(f) => Some(&f.init),
+            CellKind::Latch(f) | CellKind::Flop(f) | CellKind::EdgeFlop(f) => Some(&f.init),
             CellKind::Counter(c) => Some(&c.init),
             CellKind::Accumulator(a) => Some(&a.init),
             _ => None,
         }
-    }
-}
-
-/// Word `i` of the `width` bits of `from` that begin at bit `lo`.
-#[inline(always)]
-fn word_of(from: &[Word], lo: u32, width: u32, i: usize) -> Word {
-    let mut w = [Word::ZERO];
-    let start = lo + i as u32 * 64;
-    extract(&mut w, from, start, (width - i as u32 * 64).min(64));
-    w[0]
-}
-
-/// What a cell does without a clock edge. `ins` and `outs` are its pins in order, all present, each of its full width;
-/// `outs` hold the present values on entry, of which only storage cells make use.
-///
-/// Clocks and delays act by time and are not evaluated: their outputs stay.
-pub fn evaluate(kind: &CellKind, ins: &[&[Word]], outs: &mut [&mut [Word]]) {
-    match kind {
-        CellKind::Gate { op, width, inputs } => gate::gate(*op, *width, *inputs, ins[0], outs[0]),
-        CellKind::AndOr { width, inputs } => gate::and_or(*width, *inputs, ins[0], ins[1], outs[0]),
-        CellKind::Mux { width, inputs } => select::mux(*width, *inputs, ins[0], ins[1][0], outs[0]),
-        CellKind::HalfAdder => (outs[0][0], outs[1][0]) = arith::half_adder(ins[0][0], ins[1][0]),
-        CellKind::FullAdder => (outs[0][0], outs[1][0]) = arith::full_adder(ins[0][0], ins[1][0], ins[2][0]),
-        CellKind::Adder { op, width } => {
-            let sub = match op {
-                AddOp::Add => Word::ZERO,
-                AddOp::Sub => Word::known(1),
-                AddOp::AddSub => ins[3][0],
-            };
-            outs[1][0] = arith::add(*width, ins[0], ins[1], ins[2][0], sub, outs[0]);
-        }
-        CellKind::Multiply { a_width, b_width, signed } => {
-            arith::multiply(*a_width, *b_width, *signed, ins[0], ins[1], outs[0])
-        }
-        CellKind::Compare { op, width, signed } => outs[0][0] = select::compare(*op, *width, *signed, ins[0], ins[1]),
-        CellKind::IsZero { width } => outs[0][0] = gate::is_zero(*width, ins[0]),
-        CellKind::Tristate { width } => select::tristate(*width, ins[0], ins[1][0], outs[0]),
-        CellKind::Resolve { width, inputs } => select::resolve(*width, *inputs, ins[0], outs[0]),
-        CellKind::Sr { set_dominates, .. } => {
-            outs[0][0] = storage::sr(outs[0][0], ins[0][0], ins[1][0], *set_dominates);
-            invert(1, outs);
-        }
-        CellKind::Latch(f) => {
-            level(f, ins[1], ins[2][0], ins[3][0], ins[0][0], outs[0]);
-            invert(f.init.width(), outs);
-        }
-        CellKind::Flop(f) => {
-            level(f, ins[1], ins[3][0], ins[4][0], ins[2][0], outs[0]);
-            invert(f.init.width(), outs);
-        }
-        CellKind::Counter(c) => {
-            counter::level(outs[0], ins[1], ins[2][0], ins[3][0]);
-            outs[1][0] = gate::is_zero(c.init.width(), outs[0]);
-        }
-        CellKind::Accumulator(a) => {
-            counter::level(outs[0], ins[1], Word::ZERO, ins[3][0]);
-            outs[1][0] = counter::carry(a.init.width(), outs[0], ins[1], ins[2][0]);
-        }
-        CellKind::Constant(value) => {
-            for (y, w) in outs[0].iter_mut().zip(value.words()) {
-                *y = w;
-            }
-        }
-        CellKind::Clock(_) | CellKind::Delay { .. } | CellKind::RcDelay(_) => {}
-    }
-}
-
-fn level(f: &Flop, d: &[Word], set: Word, reset: Word, load: Word, q: &mut [Word]) {
-    for (i, (set_value, reset_value)) in f.set_value.words().zip(f.reset_value.words()).enumerate() {
-        q[i] = storage::level(q[i], d[i], set, reset, load, set_value, reset_value);
-    }
-}
-
-fn invert(width: u32, outs: &mut [&mut [Word]]) {
-    let [q, qn] = outs else { return };
-    for i in 0..words(width) {
-        qn[i] = q[i].not(crate::value::word::word_mask(width, i));
-    }
-}
-
-/// The state that a clocked cell takes at its active edge, from its pins and its present state `q`, into `next`.
-/// Cells without a clock keep their state.
-pub fn clocked(kind: &CellKind, ins: &[&[Word]], q: &[Word], next: &mut [Word]) {
-    match kind {
-        CellKind::Flop(f) => {
-            let [_, d, aload, set, reset, en, sync_set, sync_reset] = ins else {
-                unreachable!("a flip-flop has eight pins")
-            };
-            let c = storage::Controls {
-                aload: aload[0],
-                set: set[0],
-                reset: reset[0],
-                en: en[0],
-                sync_set: sync_set[0],
-                sync_reset: sync_reset[0],
-            };
-            for (i, (set_value, reset_value)) in f.set_value.words().zip(f.reset_value.words()).enumerate() {
-                next[i] = storage::clocked(q[i], d[i], &c, set_value, reset_value);
-            }
-        }
-        CellKind::Counter(k) => {
-            let [_, d, aload, reset, en, down, load] = ins else { unreachable!("a counter has seven pins") };
-            let c = counter::Controls { en: en[0], down: down[0], load: load[0], aload: aload[0], reset: reset[0] };
-            let width = k.init.width();
-            let mut step = [Word::ZERO; 1];
-            if words(width) == 1 {
-                step[0] = k.step.words().next().unwrap_or_default();
-                counter::count(width, q, d, &step, &c, next);
-            } else {
-                let step: Vec<Word> = k.step.words().collect();
-                counter::count(width, q, d, &step, &c, next);
-            }
-        }
-        CellKind::Accumulator(a) => {
-            let [_, d, ci, reset, en] = ins else { unreachable!("an accumulator has five pins") };
-            counter::accumulate(a.init.width(), q, d, ci[0], en[0], reset[0], next);
-        }
-        _ => next.copy_from_slice(q),
     }
 }

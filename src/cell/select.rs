@@ -20,6 +20,10 @@ pub enum CompareOp {
     Gt,
     /// `a >= b`.
     Ge,
+    /// `a === b`: every bit is the same of 0, 1, x and z; never x.
+    Same,
+    /// `a !== b`.
+    Differs,
 }
 
 /// The bits of the select of a multiplexer of `inputs` inputs.
@@ -60,10 +64,14 @@ pub fn mux(width: u32, inputs: u32, ins: &[Word], s: Word, y: &mut [Word]) {
     }
 }
 
-/// A comparison. Equality is decided as soon as one bit is certainly different; an order needs every bit.
+/// A comparison. Sameness is always decided. Equality is decided as soon as one bit is certainly different; an order needs every bit.
 #[must_use]
 pub fn compare(op: CompareOp, width: u32, signed: bool, a: &[Word], b: &[Word]) -> Word {
     let n = words(width);
+    if matches!(op, CompareOp::Same | CompareOp::Differs) {
+        let same = (0..n).all(|i| a[i] == b[i]);
+        return Word::known(u64::from(same == (op == CompareOp::Same)));
+    }
     let equality = matches!(op, CompareOp::Eq | CompareOp::Ne);
     let holds = if equality {
         let differs = (0..n).any(|i| (a[i].v ^ b[i].v) & !(a[i].u | b[i].u) != 0);

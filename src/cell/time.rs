@@ -170,7 +170,7 @@ pub const ELEMENTS: &[Element] = &[
         meaning: "`y(t) = a(t - ticks)`, x before that. Every change passes, however short (a transport delay).",
         source: "IEEE 1364-2005, 9.2.2 (intra-assignment delay)",
         example: r#"{ "type": "delay", "parameters": { "ticks": 5 }, "connections": { "a": "pulse", "y": "late" } }"#,
-        build: |a| Ok(CellKind::Delay { width: a.width("width"), ticks: a.integer("ticks") as u64 }),
+        build: |a| Ok(CellKind::Delay { width: a.width("width"), ticks: a.integer("ticks") as u64, init: None }),
     },
     Element {
         name: "rc_delay",

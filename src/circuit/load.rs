@@ -1,16 +1,17 @@
 //! From a path to a netlist: reads the files, elaborates, checks.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
 
 use super::elaborate::{elaborate, roots};
 use super::library::{Library, ModuleId};
 use super::report::{Places, Report};
-use super::{Limits, Name, ParameterValue};
-use crate::diag::{Code, Diagnostic, Diagnostics, Sources, Span};
+use super::{Limits, Name, ParameterValue, read_file};
+use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Sources, Span};
+use crate::exchange::yosys::{self, Imported, Monitor, Origins};
 use crate::netlist::{CellId, Netlist, SignalId};
 use crate::scenario::Simulation;
 
@@ -27,20 +28,31 @@ pub struct Circuit {
     pub simulation_span: Option<Span>,
     /// Where the top module's name stands.
     pub span: Span,
+    /// What says something while it runs: the assertions and messages of a netlist of Yosys.
+    pub monitors: Vec<Monitor>,
     places: Places,
+    /// Where a netlist of another tool comes from.
+    origins: Option<Origins>,
 }
 
 impl Circuit {
     /// Where a signal is declared.
     #[must_use]
     pub fn place(&self, signal: SignalId) -> Span {
-        self.places.of(signal).unwrap_or(self.span)
+        let origin = self.origins.as_ref().and_then(|o| o.of_signal(signal));
+        self.places.of(signal).or(origin).unwrap_or(self.span)
     }
 
     /// Where a cell stands; none for what the netlist adds of its own, such as what resolves a bus.
     #[must_use]
     pub fn cell_place(&self, cell: CellId) -> Option<Span> {
-        self.places.of_cell(cell)
+        self.places.of_cell(cell).or_else(|| self.origins.as_ref()?.of_cell(cell))
+    }
+
+    /// Where a cell comes from in the source that another tool made the netlist of: `cpu.v:12.3-14.8`.
+    #[must_use]
+    pub fn cell_source<'s>(&self, cell: CellId, sources: &'s Sources) -> Option<&'s str> {
+        self.origins.as_ref()?.source(cell, sources)
     }
 }
 
@@ -106,7 +118,15 @@ pub fn load_with(path: impl AsRef<Path>, parameters: &[(&str, i64)]) -> Result<C
 
 /// A file that a [`Loader`] has read.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct FileHandle(usize);
+pub struct FileHandle(Kind);
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Kind {
+    /// A circuit file, by its number in the library.
+    Circuit(usize),
+    /// A netlist of Yosys.
+    Yosys(FileId),
+}
 
 /// Reads circuit files and elaborates them, gathering every fault.
 #[derive(Debug)]
@@ -119,6 +139,10 @@ pub struct Loader {
     library: Library,
     /// The modules that were elaborated somewhere.
     filled: HashSet<ModuleId>,
+    /// Texts read by [`Loader::read`].
+    texts: HashMap<PathBuf, FileId>,
+    /// The module to run in place of that which a file says, and where it was asked for.
+    top: Option<(String, Span)>,
 }
 
 impl Loader {
@@ -131,7 +155,28 @@ impl Loader {
             limits: limits.possible(),
             library: Library::default(),
             filled: HashSet::new(),
+            texts: HashMap::new(),
+            top: None,
         }
+    }
+
+    /// Reads a text file; the second time it is there already.
+    ///
+    /// # Errors
+    /// A fault without a place.
+    pub fn read(&mut self, path: &Path) -> Result<FileId, Diagnostic> {
+        if let Some(&known) = self.texts.get(path) {
+            return Ok(known);
+        }
+        let file = read_file(path, &self.limits, &mut self.sources)?;
+        self.texts.insert(path.to_path_buf(), file);
+        Ok(file)
+    }
+
+    /// Runs this module of a file, whatever the file says; faults will show it as `--top NAME`.
+    pub fn set_top(&mut self, name: &str) {
+        let file = self.sources.add("--top", name.to_owned());
+        self.top = Some((name.to_owned(), Span::new(file, 0, name.len() as u32)));
     }
 
     /// The limits it keeps.
@@ -140,9 +185,14 @@ impl Loader {
         &self.limits
     }
 
-    /// Reads a file and those that it imports. `None` if it is no circuit file at all.
+    /// Reads a file and those that it imports: a circuit file, or a netlist of Yosys. `None` if it is neither.
     pub fn open(&mut self, path: &Path) -> Option<FileHandle> {
-        self.library.open(path, &self.limits, &mut self.sources, &mut self.diagnostics).map(FileHandle)
+        let text = self.read(path).map_err(|fault| self.diagnostics.push(fault)).ok()?;
+        if yosys::is_yosys(self.sources.text(text)) {
+            return Some(FileHandle(Kind::Yosys(text)));
+        }
+        let file = self.library.open(path, &self.limits, &mut self.sources, &mut self.diagnostics);
+        file.map(|file| FileHandle(Kind::Circuit(file)))
     }
 
     /// A parameter given outside of any file, as on a command line; faults will show it as `-p NAME=VALUE`.
@@ -157,6 +207,15 @@ impl Loader {
     /// The module that a file is run by.
     fn top(&mut self, file: usize) -> Option<ModuleId> {
         let circuit = self.library.file(file);
+        if let Some((name, span)) = &self.top {
+            let found = circuit.modules.get_index_of(name.as_str()).map(|index| ModuleId { file, index });
+            if found.is_none() {
+                let names = circuit.modules.keys().map(|n| n.value.as_str());
+                let fault = Diagnostic::new(Code::UnknownModule, format!("the file has no module `{name}`"));
+                self.diagnostics.push(fault.at(*span, "asked for here").did_you_mean(name, names));
+            }
+            return found;
+        }
         if let Some(top) = &circuit.top {
             let found = circuit.modules.get_index_of(top.value.as_str()).map(|index| ModuleId { file, index });
             if found.is_none() {
@@ -190,35 +249,66 @@ impl Loader {
     /// The circuit of a file, with parameters of its top module set. Faults go into `diagnostics`; the circuit is not
     /// to be run if there are errors among them.
     pub fn elaborate(&mut self, file: FileHandle, parameters: &[(Name, ParameterValue)]) -> Option<Circuit> {
-        let top = self.top(file.0)?;
+        let file = match file.0 {
+            Kind::Circuit(file) => file,
+            Kind::Yosys(text) => return self.import(text, parameters),
+        };
+        let top = self.top(file)?;
         let (netlist, parameters, places) = self.netlist(top, parameters);
-        let simulation = self.library.file(file.0).simulation.as_ref();
+        let simulation = self.library.file(file).simulation.as_ref();
         let simulation_span = simulation.map(|s| s.span);
         let simulation = simulation.and_then(|s| s.value.as_ref()).cloned();
         let span = self.library.module(top).0.span;
-        Some(Circuit { netlist, parameters, simulation, simulation_span, span, places })
+        let monitors = Vec::new();
+        Some(Circuit { netlist, parameters, simulation, simulation_span, span, monitors, places, origins: None })
+    }
+
+    /// The circuit of a netlist of Yosys.
+    fn import(&mut self, text: FileId, parameters: &[(Name, ParameterValue)]) -> Option<Circuit> {
+        for (name, _) in parameters {
+            let message = format!("a netlist of Yosys has no parameter `{}` any more", name.value);
+            let fault = Diagnostic::new(Code::UnknownParameter, message).at(name.span, "set here");
+            self.diagnostics.push(fault.help(format!("set it in Yosys: `chparam -set {} VALUE`", name.value)));
+        }
+        let top = self.top.as_ref().map(|(name, span)| (name.as_str(), *span));
+        let imported = yosys::import(self.sources.text(text), text, top, &self.limits, &mut self.diagnostics)?;
+        let Imported { builder, origins, monitors, span } = imported;
+        let mut faults = Vec::new();
+        let netlist = builder.finish_with(&mut faults);
+        yosys::report(&netlist, &origins, &faults, &self.sources, &mut self.diagnostics);
+        Some(Circuit {
+            netlist,
+            parameters: IndexMap::new(),
+            simulation: None,
+            simulation_span: None,
+            span,
+            monitors,
+            places: Places::default(),
+            origins: Some(origins),
+        })
     }
 
     /// Elaborates, with their default parameters, the modules of a file that its top module does not reach. A file
     /// without a single top is a library, and all of its modules are checked so.
     pub fn check_rest(&mut self, file: FileHandle) {
+        let Kind::Circuit(file) = file.0 else { return };
         let mut done = HashSet::new();
-        let circuit = self.library.file(file.0);
+        let circuit = self.library.file(file);
         let top = circuit.top.as_ref().and_then(|t| circuit.modules.get_index_of(t.value.as_str()));
-        let mut reached: Vec<ModuleId> = top.map(|index| ModuleId { file: file.0, index }).into_iter().collect();
+        let mut reached: Vec<ModuleId> = top.map(|index| ModuleId { file, index }).into_iter().collect();
         while let Some(module) = reached.pop() {
             if done.insert(module) {
                 reached.extend(self.library.uses(module).into_iter().map(|u| u.0));
             }
         }
-        for module in roots(&self.library, file.0) {
+        for module in roots(&self.library, file) {
             if !done.contains(&module) && !self.filled.contains(&module) {
                 self.netlist(module, &[]);
             }
         }
         // those of which every cell is faulty
         if self.diagnostics.has_errors() && self.diagnostics.iter().all(|d| d.code != Code::TooLarge) {
-            for module in self.library.modules(file.0) {
+            for module in self.library.modules(file) {
                 if !self.filled.contains(&module) {
                     self.netlist(module, &[]);
                 }
@@ -229,7 +319,13 @@ impl Loader {
     /// Whether a file names or implies one module to run.
     #[must_use]
     pub fn has_top(&self, file: FileHandle) -> bool {
-        self.library.file(file.0).top.is_some() || roots(&self.library, file.0).len() == 1
+        match file.0 {
+            Kind::Circuit(file) => {
+                self.top.is_some() || self.library.file(file).top.is_some() || roots(&self.library, file).len() == 1
+            }
+            // what is wrong with it is to be told
+            Kind::Yosys(_) => true,
+        }
     }
 
     fn netlist(

@@ -88,7 +88,14 @@ pub struct Assignment {
 }
 
 fn assignment(text: &str) -> Result<Assignment, String> {
-    match text.split_once('=') {
+    // a name as Verilog escapes it may hold anything up to white space
+    let split = match text.strip_prefix('\\') {
+        Some(escaped) => escaped
+            .split_once(char::is_whitespace)
+            .and_then(|(name, rest)| Some((name, rest.trim_start().strip_prefix('=')?))),
+        None => text.split_once('='),
+    };
+    match split {
         Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => {
             Ok(Assignment { name: name.trim().to_owned(), value: value.trim().to_owned() })
         }
@@ -106,6 +113,12 @@ pub struct Condition {
 }
 
 fn condition(text: &str) -> Result<Condition, String> {
+    if let Some(net) = text.strip_prefix('\\').map(str::trim_end)
+        && !net.is_empty()
+        && !net.contains(char::is_whitespace)
+    {
+        return Ok(Condition { net: net.to_owned(), value: None });
+    }
     if text.contains('=') {
         let Assignment { name, value } = assignment(text).map_err(|_| "write it as NET or NET=VALUE".to_owned())?;
         return Ok(Condition { net: name, value: Some(value) });
@@ -116,12 +129,49 @@ fn condition(text: &str) -> Result<Condition, String> {
     }
 }
 
+/// A clock: `NET=PERIOD[,high=TIME][,phase=TIME]`.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct ClockOption {
+    /// The input.
+    pub net: String,
+    /// Its period.
+    pub period: String,
+    /// The time that it is 1 in each period.
+    pub high: Option<String>,
+    /// The time of its first rising edge.
+    pub phase: Option<String>,
+}
+
+fn clock(text: &str) -> Result<ClockOption, String> {
+    let write = || "write it as NET=PERIOD, as in clk=10ns; `,high=TIME` and `,phase=TIME` may follow".to_owned();
+    let Assignment { name, value } = assignment(text).map_err(|_| write())?;
+    let mut parts = value.split(',').map(str::trim);
+    let period = parts.next().filter(|p| !p.is_empty()).ok_or_else(write)?.to_owned();
+    let mut option = ClockOption { net: name, period, high: None, phase: None };
+    for part in parts {
+        let (what, value) = part.split_once('=').ok_or_else(write)?;
+        let to = match what.trim() {
+            "high" => &mut option.high,
+            "phase" => &mut option.phase,
+            _ => return Err(write()),
+        };
+        if value.trim().is_empty() || to.replace(value.trim().to_owned()).is_some() {
+            return Err(write());
+        }
+    }
+    Ok(option)
+}
+
 /// What makes a netlist of a circuit file.
 #[derive(Args, Debug, Clone)]
 pub struct ElaborationArgs {
     /// Set a parameter of the top module; may be given several times
     #[arg(short, long = "parameter", value_name = "NAME=VALUE", value_parser = assignment)]
     pub parameter: Vec<Assignment>,
+
+    /// Take this module of the file as the top
+    #[arg(long, value_name = "MODULE")]
+    pub top: Option<String>,
 
     /// Raise a limit, e.g. width=100000; may be given several times
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
@@ -171,10 +221,12 @@ Examples:
   discreta run counter.json -p W=16 --cycles 100 --trace 'q' --trace 'stage[*].*' -o -
         100 clocks of a 16-bit counter; some nets, to standard output
 
+  discreta run cpu.json --clock clk=10ns -s rst=0 --cycles 1000 -o cpu.vcd
+        a netlist that Yosys wrote: yosys -p \"read_verilog cpu.v; prep; write_json cpu.json\"
 Values are numbers (5, -1) or literals (4'b10x1, 8'hff).
 Exit status: 0 stopped as asked; 1 a limit was hit first, or an expectation failed; 2 usage, input or output.")]
 pub struct RunArgs {
-    /// The circuit file, or a scenario that names one
+    /// The circuit file, a netlist of Yosys (write_json), or a scenario that names one
     #[arg(value_name = "CIRCUIT", value_hint = ValueHint::FilePath)]
     pub circuit: PathBuf,
 
@@ -185,6 +237,10 @@ pub struct RunArgs {
     /// Hold an input at a value from the start; may be given several times
     #[arg(short, long = "set", value_name = "NET=VALUE", value_parser = assignment)]
     pub set: Vec<Assignment>,
+
+    /// Drive an input by a clock, as in clk=10ns or clk=20ns,high=5ns,phase=0; may be given several times
+    #[arg(long, value_name = "NET=PERIOD", value_parser = clock)]
+    pub clock: Vec<ClockOption>,
 
     /// Stop after this many periods of the first clock
     #[arg(long, value_name = "N", conflicts_with = "time")]

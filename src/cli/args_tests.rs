@@ -60,6 +60,22 @@ fn points_may_be_negative() {
 }
 
 #[test]
+fn clocks_and_escaped_names() {
+    assert_eq!(
+        clock("clk=20ns, high=5ns,phase=0"),
+        Ok(ClockOption { net: "clk".into(), period: "20ns".into(), high: Some("5ns".into()), phase: Some("0".into()) })
+    );
+    for bad in ["clk", "clk=", "clk=,high=5", "clk=5,duty=3", "clk=5,high", "clk=5,high=", "clk=5,high=1,high=2"] {
+        assert!(clock(bad).is_err(), "{bad}");
+    }
+    let pair = |name: &str, value: &str| Ok(Assignment { name: name.into(), value: value.into() });
+    assert_eq!(assignment("\\a=b =5"), pair("a=b", "5"));
+    assert_eq!(assignment("\\a.b  = 4'b1"), pair("a.b", "4'b1"));
+    assert!(assignment("\\a=5").is_err());
+    assert_eq!(condition("\\a=b "), Ok(Condition { net: "a=b".into(), value: None }));
+}
+
+#[test]
 fn defaults() {
     let Command::Test(args) = parse("test").unwrap() else { panic!() };
     assert_eq!(args.path, [PathBuf::from("traces")]);
@@ -74,8 +90,9 @@ fn an_option_means_the_same_in_every_command() {
     for command in Cli::command().get_subcommands() {
         for arg in command.get_arguments().filter(|arg| !arg.is_positional()) {
             let long = arg.get_long().unwrap().to_owned();
-            // What an interpolation prints is no report, a picture no waveform, and a comparison needs bits.
-            if [("interpolate", "format"), ("plot", "output"), ("compare", "bits")]
+            // What an interpolation prints is no report, a picture no waveform, its clock is one that a waveform has, and a
+            // comparison needs bits.
+            if [("interpolate", "format"), ("plot", "output"), ("plot", "clock"), ("compare", "bits")]
                 .contains(&(command.get_name(), long.as_str()))
             {
                 continue;

@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::args::{CheckArgs, Format};
 use super::prepare::{Changes, is_scenario, prepare};
-use super::run::{limits, rendered};
+use super::run::{loader, rendered};
 use super::{CliError, Out, Status};
 use crate::circuit::Loader;
 use crate::diag::Code;
@@ -20,7 +20,7 @@ pub fn run(args: &CheckArgs, out: &mut Out) -> Result<Status, CliError> {
     let mut unreadable = false;
     let mut files = Vec::new();
     for path in &args.circuit {
-        let mut loader = Loader::new(limits(&args.elaboration.limit)?);
+        let mut loader = loader(&args.elaboration)?;
         check(&mut loader, path, args);
         loader.diagnostics.sort();
         let (bad, warnings) = (loader.diagnostics.errors(), loader.diagnostics.warnings());

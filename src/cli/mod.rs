@@ -14,6 +14,7 @@ pub mod error;
 pub mod interpolate;
 pub mod interrupt;
 pub mod man;
+mod monitor;
 pub mod output;
 pub mod plot;
 mod prepare;

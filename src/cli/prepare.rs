@@ -7,11 +7,12 @@ use indexmap::IndexMap;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use super::args::{Assignment, Condition};
-use crate::circuit::{Circuit, Expr, Loader, Name, ParameterValue, normal, read_file, size};
+use super::args::{Assignment, ClockOption, Condition};
+use crate::circuit::{Circuit, Expr, Loader, Name, ParameterValue, normal, size};
 use crate::diag::{Code, Diagnostic, Severity, Span};
+use crate::exchange::yosys::is_yosys;
 use crate::json::{Recover, Spanned};
-use crate::scenario::{Limit, Scenario, ScenarioFile, Simulation, TimeText, Until, ValueText};
+use crate::scenario::{Clock, Limit, Scenario, ScenarioFile, Simulation, TimeText, Until, ValueText};
 
 /// What the options of a command change of a scenario.
 #[derive(Debug, Clone, Default)]
@@ -20,6 +21,8 @@ pub struct Changes<'a> {
     pub parameters: &'a [Assignment],
     /// Inputs to hold.
     pub sets: &'a [Assignment],
+    /// Inputs that are clocks.
+    pub clocks: &'a [ClockOption],
     /// Cycles to run.
     pub cycles: Option<u64>,
     /// Time to run.
@@ -105,8 +108,7 @@ type FromFile = (PathBuf, Vec<(Name, ParameterValue)>, Simulation);
 /// Whether a file is a scenario rather than a circuit. Whatever cannot be told apart is taken for a circuit, the reading
 /// of which tells what is wrong with it.
 pub fn is_scenario(loader: &mut Loader, path: &Path) -> bool {
-    let limits = loader.limits().clone();
-    read_file(path, &limits, &mut loader.sources).is_ok_and(|file| names_a_circuit(loader.sources.text(file)))
+    loader.read(path).is_ok_and(|file| names_a_circuit(loader.sources.text(file)))
 }
 
 fn names_a_circuit(text: &str) -> bool {
@@ -115,13 +117,12 @@ fn names_a_circuit(text: &str) -> bool {
         circuit: Option<IgnoredAny>,
         modules: Option<IgnoredAny>,
     }
-    matches!(serde_json::from_str(text), Ok(Keys { circuit: Some(_), modules: None }))
+    !is_yosys(text) && matches!(serde_json::from_str(text), Ok(Keys { circuit: Some(_), modules: None }))
 }
 
 /// What a scenario file says; `Some(None)` if the file is not one.
 fn scenario_file(loader: &mut Loader, path: &Path) -> Option<Option<FromFile>> {
-    let limits = loader.limits().clone();
-    let file = read_file(path, &limits, &mut loader.sources).map_err(|fault| loader.diagnostics.push(fault)).ok()?;
+    let file = loader.read(path).map_err(|fault| loader.diagnostics.push(fault)).ok()?;
     if !names_a_circuit(loader.sources.text(file)) {
         return Some(None);
     }
@@ -152,6 +153,12 @@ fn changed(loader: &mut Loader, simulation: &Simulation, changes: &Changes<'_>) 
         options.inputs.shift_remove(name.value.as_str());
         options.inputs.insert(name, Recover(Some(ValueText::new(value.as_str(), span))));
     }
+    for option in changes.clocks {
+        if let Some((name, clock)) = clock(loader, option) {
+            simulation.inputs.shift_remove(name.value.as_str());
+            options.clocks.insert(name, Recover(Some(clock)));
+        }
+    }
     if let Some(Condition { net, value }) = changes.until {
         let (net, span) = typed(loader, "--until", net, value.as_deref().unwrap_or_default());
         let value = value.as_ref().map(|v| ValueText::new(v.as_str(), span));
@@ -178,6 +185,22 @@ fn changed(loader: &mut Loader, simulation: &Simulation, changes: &Changes<'_>) 
         options.trace = Some(globs.collect());
     }
     options.over(&simulation)
+}
+
+/// A clock of the command line, as a scenario would have it.
+fn clock(loader: &mut Loader, option: &ClockOption) -> Option<(Name, Clock)> {
+    let (name, span) = typed(loader, "--clock", &option.net, &option.period);
+    let mut time = |text: &str, span: Option<Span>| {
+        let span = span.unwrap_or_else(|| {
+            let file = loader.sources.add("--clock", text.to_owned());
+            Span::new(file, 0, text.len() as u32)
+        });
+        TimeText::parse(text, span).map_err(|d| loader.diagnostics.push(d)).ok()
+    };
+    let period = time(&option.period, Some(span))?;
+    let high = option.high.as_deref().map(|text| time(text, None));
+    let phase = option.phase.as_deref().map(|text| time(text, None));
+    Some((name, Clock { doc: None, period, high: high.flatten(), duty: None, phase: phase.flatten() }))
 }
 
 /// A name, and the place of its value, of an option; faults will show it as typed.

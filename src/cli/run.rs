@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value as Json, json};
 
-use super::args::{EngineArgs, Format, RunArgs, XControl};
+use super::args::{ElaborationArgs, EngineArgs, Format, RunArgs, XControl};
+use super::monitor::{SAID, say};
 use super::prepare::{Changes, Prepared, cycles, prepare};
 use super::progress::Progress;
 use super::{CliError, Out, Status, interrupt, timing};
@@ -26,10 +27,11 @@ use crate::wave::vcd::VcdWriter;
 /// Faults of the circuit or scenario, a circuit that does not settle, a waveform that cannot be written.
 pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
     interrupt::watch();
-    let mut loader = Loader::new(limits(&args.elaboration.limit)?);
+    let mut loader = loader(&args.elaboration)?;
     let changes = Changes {
         parameters: &args.elaboration.parameter,
         sets: &args.set,
+        clocks: &args.clock,
         cycles: args.cycles,
         time: args.time.as_deref(),
         until: args.until.as_ref(),
@@ -90,12 +92,21 @@ fn is_special(path: &Path) -> bool {
 }
 
 /// The limits as raised on the command line.
-pub(super) fn limits(changes: &[super::args::Assignment]) -> Result<Limits, CliError> {
+fn limits(changes: &[super::args::Assignment]) -> Result<Limits, CliError> {
     let mut limits = Limits::default();
     for a in changes {
         limits.set(&format!("{}={}", a.name, a.value)).map_err(CliError::usage)?;
     }
     Ok(limits)
+}
+
+/// A loader as the command line wants it.
+pub(super) fn loader(args: &ElaborationArgs) -> Result<Loader, CliError> {
+    let mut loader = Loader::new(limits(&args.limit)?);
+    if let Some(top) = &args.top {
+        loader.set_top(top);
+    }
+    Ok(loader)
 }
 
 /// What was prepared, if it may be run.
@@ -157,7 +168,11 @@ pub(super) fn simulate(
             progress.set(now);
         }
     };
+    let mut said = 0u32;
+    let mut message =
+        |now: u64, number: usize, text: &str| say(netlist, &scenario.monitors[number], now, text, &mut said);
     let mut control = Control {
+        message: &mut message,
         interrupt: interrupt::flag(),
         progress: &mut tell,
         unknown_control_ends: options.x_control == XControl::Error,
@@ -230,7 +245,7 @@ pub(super) struct Report<'a> {
 impl Report<'_> {
     /// Whether the run did what it should.
     pub fn status(&self) -> Status {
-        let held = timing::hold(self.prepared, self.outcome);
+        let held = timing::hold(self.prepared, self.outcome) && self.outcome.assertions_failed == 0;
         Status::of(self.reason_is_good() && self.outcome.failures.is_empty() && held)
     }
 
@@ -349,6 +364,15 @@ impl Report<'_> {
                 let _ = writeln!(to, "{kind}[unknown-control]: and {more} more");
             }
         }
+        let failed = self.outcome.assertions_failed;
+        if failed > u64::from(SAID) {
+            let _ = writeln!(to, "error[assertion]: and {} more", failed - u64::from(SAID));
+        }
+        for &i in &self.outcome.uncovered {
+            let check = &self.prepared.scenario.monitors[i];
+            let source = check.source.as_ref().map_or_else(String::new, |s| format!(" ({s})"));
+            let _ = writeln!(to, "cover: `{}` was never reached{source}", check.name);
+        }
         if self.outcome.stop == Stop::Interrupted {
             let held = if self.files.is_empty() { "" } else { "; the waveform holds everything up to there" };
             let _ = writeln!(to, "interrupted at {}{held}", time(&self.prepared.circuit.netlist, self.outcome.time));
@@ -358,6 +382,9 @@ impl Report<'_> {
     /// Where a cell stands, in brackets.
     fn place(&self, cell: CellId) -> String {
         let place = self.prepared.circuit.cell_place(cell);
+        if let Some(source) = self.prepared.circuit.cell_source(cell, &self.loader.sources) {
+            return format!(" ({source})");
+        }
         place.map_or_else(String::new, |span| {
             let (line, column) = self.loader.sources.line_col(span);
             format!(" ({}:{line}:{column})", self.loader.sources.name(span.file))
@@ -447,6 +474,8 @@ impl Report<'_> {
             "checks": timing::to_json(self.prepared, self.outcome, &self.loader.sources),
             "failures": self.diagnostics().to_json(&self.loader.sources),
             "unknown_controls": unknown,
+            "assertions_failed": self.outcome.assertions_failed,
+            "uncovered": self.outcome.uncovered.iter().map(|&i| &self.prepared.scenario.monitors[i].name).collect::<Vec<_>>(),
             "events": self.outcome.events,
             "files": self.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>(),
         })

@@ -1,5 +1,6 @@
 //! `discreta stats`: what circuits are made of, and how deep their logic is.
 
+use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -8,11 +9,11 @@ use serde::Serialize;
 
 use super::args::{Format, StatsArgs};
 use super::prepare::circuit_of;
-use super::run::{limits, rendered};
+use super::run::{loader, rendered};
 use super::{CliError, Out, Status};
 use crate::cell::{Edge, Equipment, Parts};
 use crate::circuit::Loader;
-use crate::netlist::depth::{End, Level};
+use crate::netlist::depth::{End, Level, Step};
 use crate::netlist::stats::{ScopeStats, Stats};
 
 /// A longer way is shown by its beginning and its end.
@@ -36,7 +37,7 @@ pub fn run(args: &StatsArgs, out: &mut Out) -> Result<Status, CliError> {
     let mut reports = Vec::new();
     let mut faulty = String::new();
     for path in &args.circuit {
-        let mut loader = Loader::new(limits(&args.elaboration.limit)?);
+        let mut loader = loader(&args.elaboration)?;
         let Some(report) = report(&mut loader, path, args) else {
             loader.diagnostics.drop_warnings(|_| true);
             loader.diagnostics.sort();
@@ -64,10 +65,22 @@ fn report(loader: &mut Loader, path: &Path, args: &StatsArgs) -> Option<Report> 
     if loader.diagnostics.has_errors() {
         return None;
     }
+    let mut stats = Stats::of(&circuit.netlist);
+    let steps = stats.depth.path.iter_mut().flat_map(|p| &mut p.steps);
+    let mut steps: HashMap<String, Vec<&mut Step>> = steps.fold(HashMap::new(), |mut all, step| {
+        all.entry(step.cell.clone()).or_insert_with(Vec::new).push(step);
+        all
+    });
+    for cell in circuit.netlist.cell_ids() {
+        let Some(source) = circuit.cell_source(cell, &loader.sources) else { continue };
+        for step in steps.get_mut(&circuit.netlist.cell_path(cell)).into_iter().flatten() {
+            step.source = Some(source.to_owned());
+        }
+    }
     Some(Report {
         circuit: path.display().to_string(),
         parameters: circuit.parameters,
-        stats: Stats::of(&circuit.netlist),
+        stats,
         scopes: if args.depth == 0 { Vec::new() } else { circuit.netlist.scope_stats(args.depth) },
     })
 }
@@ -119,7 +132,8 @@ impl Report {
                 let _ = if gap.contains(&i) {
                     writeln!(text, "     …  {left_out} more")
                 } else {
-                    writeln!(text, "  {:>4}  {:widest$}  {} {}", step.level, step.net, step.element, step.cell)
+                    let source = step.source.as_ref().map_or_else(String::new, |s| format!(" ({s})"));
+                    writeln!(text, "  {:>4}  {:widest$}  {} {}{source}", step.level, step.net, step.element, step.cell)
                 };
             }
             let _ = writeln!(text, "  to    {}", at(&path.end, "(output)"));
@@ -207,6 +221,8 @@ fn equipment(s: &Stats) -> Vec<Row> {
     let mut parts = |name: &str, p: Parts, note: &str| row(name, p.number, format!("{}{note}", bits(p.bits)));
     parts("adders", e.adders, "");
     parts("multipliers", e.multipliers, " of product");
+    parts("dividers", e.dividers, "");
+    parts("shifters", e.shifters, "");
     parts("comparators", e.comparators, "");
     parts("multiplexers", e.multiplexers, "");
     parts("counters", e.counters, ", among the flip-flops");

@@ -134,6 +134,8 @@ codes! {
         "A pattern for nets cannot be read.";
     Error BadScenario "bad-scenario":
         "A scenario contradicts itself, such as a clock with both `high` and `duty`.";
+    Error UnsupportedCell "unsupported-cell":
+        "A netlist of another tool has a cell that cannot be simulated, or that does not fit together.";
     Error Unsettled "unsettled":
         "A circuit keeps changing within one tick, so that it has no next state.";
     Error Expectation "expectation":
@@ -144,6 +146,10 @@ codes! {
         "A pattern for nets matches no net.";
     Warning CombinationalLoop "combinational-loop":
         "Gates feed back into themselves. That is legal (latches are built so), but may not settle. `allow` silences it.";
+    Warning FloatingNet "floating-net":
+        "Something reads a net of a Yosys netlist that nothing drives. As in Verilog, it is z.";
+    Warning IgnoredCell "ignored-cell":
+        "A netlist of another tool has cells that have no effect here, such as timing rules.";
     Warning UnusedNet "unused-net":
         "Nothing reads a net. `allow` silences it.";
 }

@@ -73,7 +73,10 @@ pub(super) struct BitNames<'n> {
 impl<'n> BitNames<'n> {
     pub(super) fn new(netlist: &'n Netlist, bits: &'n Bits) -> BitNames<'n> {
         let mut signals: Vec<SignalId> = netlist.signal_ids().collect();
-        signals.sort_by_cached_key(|&id| (netlist.depth(netlist.signal(id).scope), netlist.signal_path(id)));
+        signals.sort_by_cached_key(|&id| {
+            let signal = netlist.signal(id);
+            (signal.hidden, netlist.depth(signal.scope), netlist.signal_path(id))
+        });
         let mut shown = vec![None; bits.len() as usize];
         for id in signals {
             for (at, bit) in netlist.bits(id).iter().flat_map(|s| bits.of(s)).enumerate() {

@@ -3,10 +3,13 @@
 //! Names are hierarchical views: a port of an instance is another name for bits of its parent. [`Builder::finish`]
 //! joins the bits that one output pin drives into one net, so that words stay whole.
 
+mod undriven;
+
 use std::collections::{HashMap, HashSet};
 
 use super::bus::{Bus, Part};
 use super::join::{Join, NONE};
+use super::wires::Wires;
 use super::{Cell, CellId, Direction, Driver, Fault, NetId, Netlist, Scope, ScopeId, Signal, SignalId, Slice};
 use crate::Value;
 use crate::cell::{AddOp, CellKind, Edge, Flop, GateOp};
@@ -49,6 +52,10 @@ pub struct Builder {
     owners: Vec<(u32, SignalId)>,
     cells: Vec<Draft>,
     constants: HashMap<Value, Bus>,
+    /// Bits that are one.
+    wires: Wires,
+    /// Whether nets are those of Verilog.
+    verilog: bool,
 }
 
 impl Builder {
@@ -63,6 +70,8 @@ impl Builder {
             owners: Vec::new(),
             cells: Vec::new(),
             constants: HashMap::new(),
+            wires: Wires::default(),
+            verilog: false,
         }
     }
 
@@ -71,10 +80,26 @@ impl Builder {
         self.timescale = timescale;
     }
 
+    /// Makes nets those of Verilog: any cells may drive one together, and it is z where nothing does.
+    pub fn set_verilog(&mut self) {
+        self.verilog = true;
+    }
+
     /// The scope of the top module.
     #[must_use]
     pub fn top(&self) -> ScopeId {
         ScopeId(0)
+    }
+
+    /// The path of something within a scope below the top.
+    pub(crate) fn path(&self, scope: ScopeId, name: &str) -> String {
+        let mut path = name.to_owned();
+        let mut scope = &self.scopes[scope.index()];
+        while let Some(parent) = scope.parent {
+            path = format!("{}.{path}", scope.name);
+            scope = &self.scopes[parent.index()];
+        }
+        path
     }
 
     /// How many cells there are so far.
@@ -106,6 +131,31 @@ impl Builder {
         let bit = self.bits;
         self.bits = bit.checked_add(width).filter(|&b| b < NONE).expect("a netlist has fewer than 2^32 bits");
         Bus { parts: if width == 0 { vec![] } else { vec![Part { bit, width }] } }
+    }
+
+    /// New bits without a name; of a netlist as Verilog's.
+    pub(crate) fn bits(&mut self, width: u32) -> Bus {
+        self.fresh(width)
+    }
+
+    /// Makes two buses of one width one wire.
+    pub(crate) fn join(&mut self, a: &Bus, b: &Bus) {
+        self.wires.join(a, b);
+    }
+
+    /// Another name for bits of which none need be declared by a name, of the circuit's port if it is one.
+    pub(crate) fn name(
+        &mut self,
+        scope: ScopeId,
+        name: &str,
+        bus: Bus,
+        signed: bool,
+        hidden: bool,
+        port: Option<Direction>,
+    ) -> SignalId {
+        let id = self.push_signal(scope, name, bus, signed, port, false);
+        self.signals[id.index()].signal.hidden = hidden;
+        id
     }
 
     /// Declares a net of new bits.
@@ -162,6 +212,7 @@ impl Builder {
             width: bus.width(),
             signed,
             port,
+            hidden: false,
             drive: None,
             first_slice: 0,
             slices: 0,
@@ -190,6 +241,13 @@ impl Builder {
         if let Some(bus) = self.constants.get(value) {
             return bus.clone();
         }
+        let bus = self.own_constant(value);
+        self.constants.insert(value.clone(), bus.clone());
+        bus
+    }
+
+    /// The bits of a constant that is shared with nobody, so that it may be joined with wires.
+    pub(crate) fn own_constant(&mut self, value: &Value) -> Bus {
         let bus = self.fresh(value.width());
         self.cells.push(Draft {
             kind: CellKind::Constant(Box::new(value.clone())),
@@ -199,7 +257,6 @@ impl Builder {
             inputs: vec![],
             outputs: vec![bus.clone()],
         });
-        self.constants.insert(value.clone(), bus.clone());
         bus
     }
 
@@ -264,6 +321,7 @@ impl Builder {
     /// The netlist, with x for whatever nothing drives, and every fault and warning.
     pub fn finish_with(mut self, faults: &mut Vec<Fault>) -> Netlist {
         self.check_pins(faults);
+        self.take_roots();
         let mut join = Join::new(self.bits);
         let outer = self.join_inputs(&mut join);
         self.join_outputs(&mut join, faults);
@@ -323,6 +381,16 @@ impl Builder {
         netlist
     }
 
+    /// Puts for each bit the one that stands for all that it was joined with.
+    fn take_roots(&mut self) {
+        if self.wires.is_empty() {
+            return;
+        }
+        let root = std::mem::take(&mut self.wires).roots(self.bits);
+        let cells = self.cells.iter_mut().flat_map(|c| c.inputs.iter_mut().chain(&mut c.outputs));
+        cells.chain(self.signals.iter_mut().map(|n| &mut n.bus)).for_each(|bus| bus.rooted(&root));
+    }
+
     fn check_pins(&self, faults: &mut Vec<Fault>) {
         for (i, draft) in self.cells.iter().enumerate() {
             let cell = CellId::new(i);
@@ -354,7 +422,7 @@ impl Builder {
         let mut outer = vec![None; self.signals.len()];
         for (i, named) in self.signals.iter().enumerate() {
             if named.owner && matches!(named.signal.port, Some(Direction::Input | Direction::Inout)) {
-                let tristate = named.signal.port == Some(Direction::Inout);
+                let tristate = self.verilog || named.signal.port == Some(Direction::Inout);
                 let net = join.drive(&named.bus, named.signal.width, Driver::Input(SignalId::new(i)), tristate);
                 outer[i] = Some(net);
             }
@@ -363,14 +431,15 @@ impl Builder {
     }
 
     fn join_outputs(&mut self, join: &mut Join, faults: &mut Vec<Fault>) {
-        let constants: Vec<u32> = self.constants.values().flat_map(Bus::bits).collect();
+        let constants: Vec<u32> =
+            if self.verilog { vec![] } else { self.constants.values().flat_map(Bus::bits).collect() };
         let mut constant = vec![false; self.bits as usize];
         for bit in constants {
             constant[bit as usize] = true;
         }
         for (i, draft) in self.cells.iter().enumerate() {
             join.first_outputs.push(NetId::new(join.nets.len()));
-            let tristate = matches!(draft.kind, CellKind::Tristate { .. });
+            let tristate = self.verilog || matches!(draft.kind, CellKind::Tristate { .. });
             let is_constant = matches!(draft.kind, CellKind::Constant(_));
             for (pin, name) in draft.kind.outputs().iter().enumerate() {
                 let open = Bus::default();
@@ -404,60 +473,13 @@ impl Builder {
             }
         }
     }
-
-    /// Reports bits that are read but not driven, and signals that are not read; ties bits that nothing drives to x.
-    fn tie_undriven(&mut self, join: &mut Join, faults: &mut Vec<Fault>) {
-        let mut read = vec![false; self.bits as usize];
-        let outputs =
-            self.signals.iter().filter(|n| matches!(n.signal.port, Some(Direction::Output | Direction::Inout)));
-        for bit in self.cells.iter().flat_map(|c| &c.inputs).chain(outputs.map(|n| &n.bus)).flat_map(Bus::bits) {
-            read[bit as usize] = true;
-        }
-        let mut ties = Vec::new();
-        for (i, named) in self.signals.iter().enumerate().filter(|(_, n)| n.owner) {
-            let signal = SignalId::new(i);
-            let bits: Vec<u32> = named.bus.bits().collect();
-            if !bits.iter().any(|&b| read[b as usize]) {
-                let driven = bits.iter().any(|&b| join.is_driven(b));
-                faults.push(Fault::Unread { signal, driven });
-            }
-            let mut at = 0;
-            while at < bits.len() {
-                let kind = |b: u32| (join.is_driven(b), read[b as usize]);
-                let run = bits[at..].iter().take_while(|&&b| kind(b) == kind(bits[at])).count();
-                if !join.is_driven(bits[at]) {
-                    let (lo, width) = (at as u32, run as u32);
-                    if read[bits[at] as usize] {
-                        faults.push(Fault::Undriven { signal, lo, width });
-                    }
-                    ties.push((named.signal.scope, named.bus.slice(lo, width)));
-                }
-                at += run;
-            }
-        }
-        for (scope, bus) in ties {
-            let kind = CellKind::Constant(Box::new(Value::unknown(bus.width())));
-            join.first_outputs.push(NetId::new(join.nets.len()));
-            join.drive(&bus, bus.width(), Driver::Cell(CellId::new(self.cells.len()), 0), false);
-            let element = kind.element();
-            self.cells.push(Draft {
-                kind,
-                element,
-                name: "undriven".into(),
-                scope,
-                inputs: vec![],
-                outputs: vec![bus],
-            });
-        }
-        join.cells = self.cells.len();
-    }
 }
 
 /// Whether a pin has no sensible default.
 fn needs(kind: &CellKind, pin: usize) -> bool {
     match kind {
         CellKind::Counter(_) => pin == 0,
-        CellKind::Flop(_) | CellKind::Latch(_) | CellKind::Accumulator(_) => pin <= 1,
+        CellKind::Flop(_) | CellKind::EdgeFlop(_) | CellKind::Latch(_) | CellKind::Accumulator(_) => pin <= 1,
         CellKind::Adder { op: AddOp::AddSub, .. } => pin != 2,
         CellKind::Adder { .. } => pin <= 1,
         _ => true,

@@ -84,7 +84,21 @@ impl Bus {
         self.parts.len()
     }
 
-    pub(super) fn bits(&self) -> impl Iterator<Item = u32> + '_ {
+    /// One bit, by its number in the builder.
+    #[must_use]
+    pub(crate) fn of_bit(bit: u32) -> Bus {
+        Bus { parts: vec![Part { bit, width: 1 }] }
+    }
+
+    /// Adds one bit above these, by its number in the builder.
+    pub(crate) fn push(&mut self, bit: u32) {
+        match self.parts.last_mut() {
+            Some(last) if last.bit + last.width == bit => last.width += 1,
+            _ => self.parts.push(Part { bit, width: 1 }),
+        }
+    }
+
+    pub(crate) fn bits(&self) -> impl Iterator<Item = u32> + '_ {
         self.parts.iter().flat_map(|p| p.bit..p.bit + p.width)
     }
 }

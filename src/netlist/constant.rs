@@ -3,7 +3,7 @@
 //! Knowing them keeps loops that cannot carry anything out of the evaluation order.
 
 use super::{CellId, Netlist, Slice};
-use crate::cell::{CellKind, evaluate};
+use crate::cell::{CellKind, CompareOp, evaluate};
 use crate::value::Word;
 use crate::value::word::{copy, mask, word_mask, words};
 
@@ -124,16 +124,19 @@ impl Netlist {
 
 /// Whether the outputs of a cell follow from its inputs alone, without state or time.
 fn is_pure(kind: &CellKind) -> bool {
-    // tri-state drivers make z, which the bus resolves
-    let timed = matches!(
+    // tri-state drivers make z, which the bus resolves; some see whether an x is one
+    let other = matches!(
         kind,
         CellKind::Clock(_)
             | CellKind::Delay { .. }
             | CellKind::RcDelay(_)
             | CellKind::Tristate { .. }
             | CellKind::Resolve { .. }
+            | CellKind::BitSame { .. }
+            | CellKind::Products { .. }
+            | CellKind::Compare { op: CompareOp::Same | CompareOp::Differs, .. }
     );
-    kind.init().is_none() && !timed
+    kind.init().is_none() && !other
 }
 
 #[cfg(test)]

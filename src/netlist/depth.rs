@@ -71,6 +71,9 @@ pub struct Step {
     pub net: String,
     /// Levels so far.
     pub level: u32,
+    /// Where the cell comes from in the source of the tool that made the netlist, if whoever shows this knows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub source: Option<String>,
 }
 
 impl Depth {
@@ -301,7 +304,8 @@ impl<'n> Measured<'n> {
             let logic = before.is_some() || level > 0;
             if let Some(cell) = self.cell(node).filter(|_| logic && (is_loop || node < self.bits.len())) {
                 let element = if is_loop { "loop" } else { self.netlist.cell(cell).element };
-                steps.push(Step { cell: self.netlist.cell_path(cell), element, net: self.name(node), level });
+                let (cell, net) = (self.netlist.cell_path(cell), self.name(node));
+                steps.push(Step { cell, element, net, level, source: None });
             }
             match before {
                 Some(n) => node = n,

@@ -14,6 +14,7 @@ mod id;
 mod join;
 mod order;
 pub mod stats;
+mod wires;
 
 use std::sync::OnceLock;
 
@@ -108,6 +109,8 @@ pub struct Signal {
     pub signed: bool,
     /// Which way it goes, for a port of the top module.
     pub port: Option<Direction>,
+    /// Whether a tool made it up: it can be asked for, but is not shown among the others.
+    pub hidden: bool,
     /// The net through which it is driven from outside, for an input or inout of the top module.
     pub drive: Option<NetId>,
     first_slice: u32,
@@ -285,12 +288,13 @@ impl Netlist {
         self.scopes[scope.index()].parent.map_or(0, |parent| 1 + self.depth(parent))
     }
 
-    /// A name for a net: the signal that shows it, of several the one nearest to the top and then the first by name, or
-    /// the pin that drives it.
+    /// A name for a net: the signal that shows it, of several one that no tool made up, the one nearest to the top and
+    /// then the first by name, or the pin that drives it.
     #[must_use]
     pub fn net_name(&self, net: NetId) -> String {
         let shown = self.signal_ids().filter(|&id| self.bits(id).iter().any(|s| s.net == net));
-        let shown = shown.min_by_key(|&id| (self.depth(self.signal(id).scope), self.signal_path(id)));
+        let shown =
+            shown.min_by_key(|&id| (self.signal(id).hidden, self.depth(self.signal(id).scope), self.signal_path(id)));
         match (shown, self.net(net).driver) {
             (Some(id), _) => {
                 let whole = self.bits(id).len() == 1;

@@ -5,6 +5,7 @@
 
 mod check;
 pub mod file;
+mod glob;
 mod resolve;
 mod run;
 pub mod time;

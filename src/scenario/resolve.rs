@@ -2,16 +2,16 @@
 
 use std::collections::HashSet;
 
-use globset::{GlobBuilder, GlobSet, GlobSetBuilder};
-
 use super::check::TimingCheck;
 use super::file::{Clock, Edge, Expect, Limit, Simulation, Stimulus, Until, ValueText};
+use super::glob::{DOT, glob_path, glob_set};
 use crate::Value;
 use crate::cell::CellKind;
 use crate::circuit::{Circuit, Expr, Name};
 use crate::diag::{Code, Diagnostic, Diagnostics, Span};
+use crate::exchange::yosys::Monitor;
 use crate::json::{Recover, Spanned};
-use crate::netlist::{Driver, NetId, Netlist, SignalId};
+use crate::netlist::{CellId, Driver, NetId, Netlist, SignalId};
 
 /// Cycles that a run takes at most if nothing is said.
 pub const DEFAULT_CYCLES: u64 = 1_000_000;
@@ -88,6 +88,8 @@ pub struct Scenario {
     pub checks: Vec<TimingCheck>,
     /// What must hold at the end or at one tick.
     pub expect: Vec<Expectation>,
+    /// What the circuit itself says and asserts.
+    pub monitors: Vec<Monitor>,
 }
 
 impl Simulation {
@@ -123,7 +125,7 @@ impl Scenario {
     pub fn resolve(circuit: &Circuit, simulation: &Simulation, diagnostics: &mut Diagnostics) -> Scenario {
         let before = diagnostics.errors();
         let mut r = Resolver { circuit, netlist: &circuit.netlist, diagnostics };
-        let mut scenario = Scenario::default();
+        let mut scenario = Scenario { monitors: circuit.monitors.clone(), ..Scenario::default() };
         for (name, clock) in &simulation.clocks {
             let Some(clock) = clock.as_ref() else { continue };
             if let (Some((net, _)), Some(clock)) = (r.input(name), r.clock(name, clock)) {
@@ -363,11 +365,20 @@ impl Resolver<'_> {
                 ),
                 // its fault is told
                 (_, None) if clocked => {}
-                (_, None) => self.diagnostics.push(
-                    Diagnostic::new(Code::BadScenario, "there is no clock whose cycles could be counted")
-                        .at(cycles.span(), "")
-                        .help("limit the run by `time`"),
-                ),
+                (_, None) => {
+                    let clock = Resolver::clocked_by_inputs(self.netlist)
+                        .next()
+                        .map(|(_, input)| &self.netlist.signal(input).name);
+                    let help = match clock {
+                        Some(name) => format!("drive one: `--clock {name}=10ns`; or limit the run by `time`"),
+                        None => "limit the run by `time`".to_owned(),
+                    };
+                    self.diagnostics.push(
+                        Diagnostic::new(Code::BadScenario, "there is no clock whose cycles could be counted")
+                            .at(cycles.span(), "")
+                            .help(help),
+                    );
+                }
             }
         }
         last.unwrap_or_else(|| clock.map_or(DEFAULT_CYCLES, |c| end(DEFAULT_CYCLES, c)))
@@ -375,18 +386,22 @@ impl Resolver<'_> {
 
     fn trace(&mut self, globs: Option<&[Spanned<String>]>) -> Vec<SignalId> {
         let all = self.netlist.signal_ids();
-        let Some(globs) = globs else { return all.collect() };
-        let paths: Vec<String> = all.map(|s| self.netlist.signal_path(s).replace('.', "/")).collect();
+        let Some(globs) = globs else { return all.filter(|&s| !self.netlist.signal(s).hidden).collect() };
+        let paths: Vec<String> = all.map(|s| glob_path(self.netlist, s)).collect();
         let mut chosen = HashSet::new();
         for glob in globs {
             match glob_set(glob) {
                 Ok(set) => {
                     let before = chosen.len();
-                    let matching: Vec<usize> = (0..paths.len()).filter(|&i| set.is_match(&paths[i])).collect();
+                    // names that a tool made up have a `$`, and so has a pattern that asks for them
+                    let asked = glob.value.contains('$');
+                    let shown = |i: usize| asked || !self.netlist.signals()[i].hidden;
+                    let matching: Vec<usize> =
+                        (0..paths.len()).filter(|&i| shown(i) && set.is_match(&paths[i])).collect();
                     let none = matching.is_empty();
                     chosen.extend(matching);
                     if none && before == chosen.len() {
-                        let names: Vec<String> = paths.iter().map(|p| p.replace('/', ".")).collect();
+                        let names: Vec<String> = paths.iter().map(|p| p.replace(['/', DOT], ".")).collect();
                         let fault = Diagnostic::new(Code::NoMatch, format!("`{}` matches no net", glob.value))
                             .at(glob.span, "");
                         self.diagnostics.push(fault.did_you_mean(glob, names.iter().map(String::as_str)));
@@ -462,6 +477,14 @@ impl Resolver<'_> {
         Some(Expectation { signal, rule, span })
     }
 
+    /// Clocked cells and the inputs that clock them, through buffers and inverters at most.
+    fn clocked_by_inputs(netlist: &Netlist) -> impl Iterator<Item = (CellId, SignalId)> + '_ {
+        netlist.cell_ids().filter_map(|cell| match netlist.net(netlist.clock_source(cell)?.0.net).driver {
+            Driver::Input(input) => Some((cell, input)),
+            Driver::Cell(..) => None,
+        })
+    }
+
     /// Tells of inputs that clock something and that the scenario never drives.
     fn undriven_clocks(&mut self, scenario: &Scenario) {
         let driven: HashSet<NetId> = scenario
@@ -472,11 +495,9 @@ impl Resolver<'_> {
             .chain(scenario.stimulus.iter().flat_map(|e| &e.sets).map(|s| s.0))
             .collect();
         let mut told = HashSet::new();
-        for cell in self.netlist.cell_ids() {
-            let source = self.netlist.clock_source(cell).map(|(bit, _)| bit.net);
-            let Some(net) = source.filter(|net| !driven.contains(net)) else { continue };
-            let Driver::Input(input) = self.netlist.net(net).driver else { continue };
-            if !told.insert(input) {
+        let netlist = self.netlist;
+        for (cell, input) in Resolver::clocked_by_inputs(netlist) {
+            if netlist.signal(input).drive.is_some_and(|net| driven.contains(&net)) || !told.insert(input) {
                 continue;
             }
             let name = &self.netlist.signal(input).name;
@@ -486,44 +507,8 @@ impl Resolver<'_> {
             );
             let fault = fault.at(self.circuit.place(input), "an input that the scenario leaves alone");
             let help = format!("\"simulation\": {{ \"clocks\": {{ \"{name}\": {{ \"period\": 20 }} }} }}");
-            self.diagnostics.push(fault.help(format!("add it to the scenario: {help}")));
+            let help = format!("add it to the scenario: {help}; or run with `--clock {name}=20`");
+            self.diagnostics.push(fault.help(help));
         }
-    }
-}
-
-/// A glob over paths whose scopes are separated by `/`: `*` and `?` stay inside a scope, `**` crosses them.
-fn glob_set(glob: &str) -> Result<GlobSet, String> {
-    let mut pattern = String::new();
-    let mut chars = glob.chars();
-    while let Some(c) = chars.next() {
-        match c {
-            '.' => pattern.push('/'),
-            '[' | ']' | '{' | '}' => pattern.extend(['\\', c]),
-            '\\' => pattern.extend(['\\', chars.next().ok_or("it ends in `\\`")?]),
-            c => pattern.push(c),
-        }
-    }
-    let glob = GlobBuilder::new(&pattern).literal_separator(true).backslash_escape(true).build();
-    let mut set = GlobSetBuilder::new();
-    set.add(glob.map_err(|e| e.kind().to_string())?);
-    set.build().map_err(|e| e.kind().to_string())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::glob_set;
-
-    #[test]
-    fn globs_respect_scopes_and_take_brackets_as_they_are() {
-        let is = |glob: &str, path: &str| glob_set(glob).unwrap().is_match(path.replace('.', "/"));
-        assert!(is("*", "f") && !is("*", "adder.s"));
-        assert!(is("**", "f") && is("**", "adder.fa[3].s"));
-        assert!(is("adder.*", "adder.s") && !is("adder.*", "adder.fa[3].s"));
-        assert!(is("adder.**", "adder.fa[3].s"));
-        assert!(is("**.s", "adder.fa[3].s") && is("**.s", "s"));
-        assert!(is("adder.fa[3].s", "adder.fa[3].s") && !is("adder.fa[3].s", "adder.fa3.s"));
-        assert!(is("ko?", "kox") && !is("ko?", "ko.x"));
-        assert!(is(r"\*", "*") && !is(r"\*", "f"));
-        assert!(glob_set("a\\").is_err());
     }
 }

@@ -8,6 +8,8 @@ use super::check::{CheckReport, Checker};
 use super::resolve::{Rule, Scenario};
 use crate::Value;
 use crate::engine::{Engine, UnknownControl, Unsettled};
+use crate::exchange::yosys::Monitor;
+use crate::exchange::yosys::monitor::{Seen, When};
 use crate::netlist::{Netlist, SignalId};
 use crate::simulator::read_bits;
 use crate::value::Word;
@@ -66,6 +68,10 @@ pub struct Outcome {
     pub checks: Vec<CheckReport>,
     /// Where x or z reached a control.
     pub unknown_controls: Vec<UnknownControl>,
+    /// How often an assertion or assumption of the circuit failed.
+    pub assertions_failed: u64,
+    /// The numbers, among the monitors, of what was to happen and did not.
+    pub uncovered: Vec<usize>,
     /// The last values of the circuit's outputs, in order.
     pub outputs: Vec<(SignalId, Value)>,
 }
@@ -97,6 +103,8 @@ pub struct Control<'c> {
     pub interrupt: &'c AtomicBool,
     /// Called now and then with the present tick.
     pub progress: &'c mut dyn FnMut(u64),
+    /// Called with what the circuit itself says: the tick, the number of the monitor, its message.
+    pub message: &'c mut dyn FnMut(u64, usize, &str),
     /// Whether an x or z at a control ends it.
     pub unknown_control_ends: bool,
 }
@@ -123,6 +131,7 @@ struct Watch<'n> {
     members: Vec<u32>,
     counts: Vec<Count>,
     buffer: Vec<Word>,
+    seen: Vec<Seen>,
     /// Nothing has been recorded yet.
     first: bool,
 }
@@ -154,11 +163,26 @@ impl<'n> Watch<'n> {
         let checker = (!scenario.checks.is_empty()).then(|| Checker::new(&scenario.checks));
         let watched = traced.iter().copied().chain(scenario.until.iter().map(|u| u.0));
         let watched = watched.chain(counts.iter().map(|c| c.signal)).chain(checker.iter().flat_map(Checker::signals));
+        let of_monitor = |m: &Monitor| {
+            let counter = if let When::Edge(counter) = m.when { Some(counter) } else { None };
+            std::iter::once(m.signal).chain(counter)
+        };
+        let watched: Vec<SignalId> = watched.chain(scenario.monitors.iter().flat_map(of_monitor)).collect();
         for signal in watched {
             netlist.bits(signal).iter().for_each(|s| engine.observe(s.net));
         }
         let widest = netlist.signals().iter().map(|s| words(s.width)).max().unwrap_or(1);
-        Watch { netlist, checker, traced, start, members, counts, buffer: vec![Word::ZERO; widest], first: true }
+        Watch {
+            netlist,
+            checker,
+            traced,
+            start,
+            members,
+            counts,
+            buffer: vec![Word::ZERO; widest],
+            seen: vec![Seen::default(); scenario.monitors.len()],
+            first: true,
+        }
     }
 
     fn read(&mut self, engine: &dyn Engine, signal: SignalId) -> &[Word] {
@@ -168,6 +192,22 @@ impl<'n> Watch<'n> {
     fn value(&mut self, engine: &dyn Engine, signal: SignalId) -> Value {
         let width = self.netlist.signal(signal).width;
         Value::from_words(self.read(engine, signal), width)
+    }
+
+    /// Lets the circuit's own monitors look at the present values, if anything has changed.
+    fn look(&mut self, engine: &dyn Engine, monitors: &[Monitor], outcome: &mut Outcome, control: &mut Control<'_>) {
+        if monitors.is_empty() || engine.changes().is_empty() && !self.first {
+            return;
+        }
+        for (i, monitor) in monitors.iter().enumerate() {
+            let mut seen = std::mem::take(&mut self.seen[i]);
+            let said = monitor.look(&mut seen, engine.now(), |signal| self.value(engine, signal));
+            self.seen[i] = seen;
+            if let Some(text) = said {
+                outcome.assertions_failed += u64::from(monitor.fails());
+                (control.message)(engine.now(), i, &text);
+            }
+        }
     }
 
     /// Records the changes since the last time; at first everything, since what has a value from the start never changes
@@ -243,6 +283,8 @@ pub fn run(
         failures: Vec::new(),
         checks: Vec::new(),
         unknown_controls: Vec::new(),
+        assertions_failed: 0,
+        uncovered: Vec::new(),
         outputs: Vec::new(),
     };
     let end = instants(scenario, engine, &mut watch, &mut sink, &checks, &mut outcome, control);
@@ -277,6 +319,8 @@ pub fn run(
         outcome.failures.extend(found.map(|found| Failure { expectation: i, found }));
     }
     outcome.failures.sort_by_key(|f| f.expectation);
+    let uncovered = scenario.monitors.iter().zip(&watch.seen).enumerate();
+    outcome.uncovered = uncovered.filter(|(_, (c, seen))| c.is_uncovered(seen)).map(|(i, _)| i).collect();
     let outputs = netlist.signal_ids().filter(|&s| {
         matches!(netlist.signal(s).port, Some(crate::netlist::Direction::Output | crate::netlist::Direction::Inout))
     });
@@ -312,6 +356,7 @@ fn instants(
         if stimulated {
             engine.settle()?;
         }
+        watch.look(engine, &scenario.monitors, outcome, control);
         watch.record(engine, sink)?;
         while let Some(&(_, i)) = checks.next_if(|c| c.0 <= now) {
             let Rule::Value(_, expected) = &scenario.expect[i].rule else { continue };

@@ -27,8 +27,12 @@ fn toggle() -> Netlist {
 fn go(netlist: &Netlist, scenario: &Scenario) -> (Outcome, String) {
     let mut bytes = Vec::new();
     let mut sink = VcdWriter::new(&mut bytes);
-    let mut control =
-        Control { interrupt: &AtomicBool::new(false), progress: &mut |_| {}, unknown_control_ends: false };
+    let mut control = Control {
+        interrupt: &AtomicBool::new(false),
+        progress: &mut |_| {},
+        message: &mut |_, _, _| {},
+        unknown_control_ends: false,
+    };
     let outcome = run(netlist, scenario, &mut EventEngine::new(netlist), Some(&mut sink), &mut control).unwrap();
     drop(sink);
     (outcome, String::from_utf8(bytes).unwrap())

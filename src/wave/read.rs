@@ -268,7 +268,7 @@ fn variables(hierarchy: &Hierarchy) -> Result<(Vec<WaveVar>, HashMap<String, usi
                     return Err(Fault::Malformed(format!("more than {MAX_DEPTH} scopes inside one another")));
                 }
                 let scope = &hierarchy[scope];
-                path.push_str(scope.name(hierarchy));
+                path.push_str(plain(scope.name(hierarchy)));
                 path.push('.');
                 push(&mut open, &mut scope.items(hierarchy), path.len(), depth + 1);
             }
@@ -295,9 +295,14 @@ fn variables(hierarchy: &Hierarchy) -> Result<(Vec<WaveVar>, HashMap<String, usi
     Ok((vars, index))
 }
 
+/// A name without the backslash by which Verilog escapes it, and which some simulators write.
+fn plain(name: &str) -> &str {
+    name.strip_prefix('\\').filter(|rest| !rest.is_empty()).unwrap_or(name)
+}
+
 /// The name with the index of a single bit: `q[3]` where a file has the bits of a vector one by one.
 fn own_name(var: &Var, hierarchy: &Hierarchy, path: &str) -> String {
-    let name = var.name(hierarchy);
+    let name = plain(var.name(hierarchy));
     match var.index() {
         Some(index) if index.msb() == index.lsb() => format!("{path}{name}[{}]", index.msb()),
         _ => format!("{path}{name}"),

@@ -262,8 +262,12 @@ impl System {
             let input = self.scenario.inputs.iter_mut().find(|i| Some(i.0) == signal.drive).unwrap();
             input.1 = Value::from_u64(number, signal.width);
         }
-        let mut control =
-            Control { interrupt: &AtomicBool::new(false), progress: &mut |_| {}, unknown_control_ends: false };
+        let mut control = Control {
+            interrupt: &AtomicBool::new(false),
+            progress: &mut |_| {},
+            message: &mut |_, _, _| {},
+            unknown_control_ends: false,
+        };
         let mut pulses = Pulses::default();
         let mut engine = EventEngine::new(netlist);
         let outcome = run(netlist, &self.scenario, &mut engine, Some(&mut pulses), &mut control);

@@ -18,7 +18,7 @@ struct Build<'n> {
     gathers: HashMap<Vec<Slice>, u32>,
     /// (slot, operation that reads it).
     reads: Vec<(u32, u32)>,
-    clock_of: HashMap<(u32, u8), u32>,
+    clock_of: HashMap<(u32, u8, bool), u32>,
     /// Whether anything reads or shows a net.
     used: Vec<bool>,
     group: u32,
@@ -124,6 +124,7 @@ impl Build<'_> {
             let init = match net.driver {
                 Driver::Cell(cell, 0) => match &self.netlist.cell(cell).kind {
                     CellKind::Constant(value) => Some((**value).clone()),
+                    CellKind::Delay { init, .. } => init.as_deref().cloned(),
                     kind => kind.init().cloned(),
                 },
                 _ => None,
@@ -336,7 +337,7 @@ impl Build<'_> {
                     ..BLANK
                 });
             }
-            CellKind::Flop(_) | CellKind::Counter(_) | CellKind::Accumulator(_) => {
+            CellKind::Flop(_) | CellKind::EdgeFlop(_) | CellKind::Counter(_) | CellKind::Accumulator(_) => {
                 stores.push((cell, self.program.stores.len()));
                 self.store(cell);
             }
@@ -383,13 +384,14 @@ impl Build<'_> {
         let netlist = self.netlist;
         let kind = &netlist.cell(cell).kind;
         let width = kind.output_width(0);
-        let derived_used = self.used[netlist.output(cell, 1).index()];
+        let derives = kind.outputs().len() > 1;
+        let derived_used = derives && self.used[netlist.output(cell, 1).index()];
         let acts = |pin: usize| self.acts(cell, pin);
         let level = derived_used || kind.inputs().iter().enumerate().any(|(i, p)| p.role == Role::Level && acts(i));
         let mut store = Store {
             code: StoreCode::General,
             q: self.output(cell, 0),
-            derived: self.output(cell, 1),
+            derived: if derives { self.output(cell, 1) } else { 0 },
             width,
             d: ZERO,
             en: ONE,
@@ -402,7 +404,7 @@ impl Build<'_> {
             reset_value: Word::ZERO,
             general: 0,
         };
-        if width > 64 {
+        if width > 64 || matches!(kind, CellKind::EdgeFlop(_)) {
             store.general = self.general(cell);
             let ext = store.general;
             self.program.stores.push(store);
@@ -477,10 +479,11 @@ impl Build<'_> {
             match spec.role {
                 Role::Clock => {
                     let rising = kind.edge() == Some(Edge::Rising);
-                    let clock = self.clock(operand);
+                    let clock = self.clock(operand, false);
                     if rising { &mut clock.rising } else { &mut clock.falling }.push(number);
                 }
-                Role::Level => self.clock(operand).unknown.push(number),
+                Role::Level => self.clock(operand, false).unknown.push(number),
+                Role::Trigger => self.clock(operand, true).rising.push(number),
                 _ => {}
             }
         }
@@ -492,10 +495,11 @@ impl Build<'_> {
         if self.netlist.cell(cell).kind.input_width(pin) == 1 { self.direct(slices) } else { None }
     }
 
-    fn clock(&mut self, at: Operand) -> &mut ClockPin {
+    fn clock(&mut self, at: Operand, level: bool) -> &mut ClockPin {
         let clocks = &mut self.program.clocks;
-        let number = *self.clock_of.entry((at.slot, at.shift)).or_insert_with(|| {
-            clocks.push(ClockPin { slot: at.slot, shift: at.shift, rising: vec![], falling: vec![], unknown: vec![] });
+        let number = *self.clock_of.entry((at.slot, at.shift, level)).or_insert_with(|| {
+            let (rising, falling, unknown) = (vec![], vec![], vec![]);
+            clocks.push(ClockPin { slot: at.slot, shift: at.shift, level, rising, falling, unknown });
             clocks.len() as u32 - 1
         });
         &mut clocks[number as usize]
@@ -509,7 +513,7 @@ impl Build<'_> {
                 continue;
             }
             for (pin, spec) in kind.inputs().iter().enumerate() {
-                let watched = matches!(spec.role, Role::Clock | Role::Level | Role::Enable);
+                let watched = matches!(spec.role, Role::Clock | Role::Level | Role::Trigger | Role::Enable);
                 if let Some(o) = self.bit(cell, pin).filter(|_| watched) {
                     let net = self.netlist.input(cell, pin)[0].net;
                     self.program.controls.push(ControlPin { slot: o.slot, shift: o.shift, cell, pin: spec.name, net });

@@ -64,18 +64,21 @@ impl State {
         let pin_words = |pieces: &Vec<(u32, u32, u32)>| words(pieces.iter().map(|p| p.2).sum::<u32>().max(1));
         let most = |f: &dyn Fn(&General) -> usize| p.generals.iter().map(f).max().unwrap_or(0);
         let cells = p.controls.iter().map(|c| c.cell.index() + 1).max().unwrap_or(0);
-        let watches = p.clocks.iter().map(|c| bit(c.slot, c.shift)).map(|old| Watch {
-            old,
-            pending: false,
-            seen: old.is_known(),
+        let watches = p.clocks.iter().map(|c| {
+            let first = bit(c.slot, c.shift);
+            let acts = c.level && first.is_one();
+            let old = if acts { Word::x(1) } else { first };
+            Watch { old, pending: acts, seen: c.level || first.is_known() }
         });
+        let watches: Vec<Watch> = watches.collect();
+        let pending = (0..watches.len() as u32).filter(|&i| watches[i as usize].pending).collect();
         State {
             slots: p.initial.clone(),
             meta: p.meta.clone(),
             dirty,
             summary,
-            watches: watches.collect(),
-            pending: Vec::with_capacity(p.clocks.len()),
+            watches,
+            pending,
             staged: Vec::with_capacity(p.stores.len() + p.ops.len().min(1 << 16)),
             changes: Vec::with_capacity(64),
             delayed: (0..p.delays.len() as u32).collect(),
@@ -394,11 +397,16 @@ impl State {
             out[at..at + n].copy_from_slice(&self.slots[slot as usize..slot as usize + n]);
             at += n;
         }
-        let first = words(g.outputs[0].1);
-        let (y, y2) = out.split_at_mut(first);
+        let ins = &ins[..g.pins.len()];
+        let n = |k: usize| words(g.outputs[k].1);
+        let (y, rest) = out.split_at_mut(n(0));
         match g.outputs.len() {
-            1 => evaluate(&g.kind, &ins[..g.pins.len()], &mut [y]),
-            _ => evaluate(&g.kind, &ins[..g.pins.len()], &mut [y, &mut y2[..words(g.outputs[1].1)]]),
+            1 => evaluate(&g.kind, ins, &mut [y]),
+            2 => evaluate(&g.kind, ins, &mut [y, &mut rest[..n(1)]]),
+            _ => {
+                let (y2, rest) = rest.split_at_mut(n(1));
+                evaluate(&g.kind, ins, &mut [y, y2, &mut rest[..n(2)]]);
+            }
         }
         at = 0;
         for k in 0..g.outputs.len() {

@@ -134,6 +134,8 @@ pub(super) struct General {
 pub(super) struct ClockPin {
     pub slot: u32,
     pub shift: u8,
+    /// Whether being 1 from the start is an edge: the control is one that acts.
+    pub level: bool,
     /// Stores that sample at the rising edge.
     pub rising: Vec<u32>,
     /// Stores that sample at the falling edge.

@@ -280,7 +280,7 @@ fn clocks_delays_and_their_ticks() {
     let (late, node) = (b.output("late", 1), b.output("node", 1));
     let top = b.top();
     b.cell(top, "clock", CellKind::Clock(Clock { period: 100, high: 30, phase: 10 }), vec![], vec![clk.clone()]);
-    b.cell(top, "delay", CellKind::Delay { width: 1, ticks: 7 }, vec![clk.clone()], vec![late]);
+    b.cell(top, "delay", CellKind::Delay { width: 1, ticks: 7, init: None }, vec![clk.clone()], vec![late]);
     // tau 20: the rise comes after 20·ln 2 = 13.9, the fall 13.9 after the fall
     b.cell(top, "rc", CellKind::RcDelay(Rc { tau: 20.0, rise: 0.5, fall: 0.5 }), vec![clk], vec![node]);
     let mut t = Bench::new(b);

@@ -50,8 +50,12 @@ fn outcome(history: &[(u64, char, char)], end: u64, rules: &[Made<'_>], expect: 
             .collect(),
         ..Scenario::default()
     };
-    let mut control =
-        Control { interrupt: &AtomicBool::new(false), progress: &mut |_| {}, unknown_control_ends: false };
+    let mut control = Control {
+        interrupt: &AtomicBool::new(false),
+        progress: &mut |_| {},
+        message: &mut |_, _, _| {},
+        unknown_control_ends: false,
+    };
     run(&netlist, &scenario, &mut EventEngine::new(&netlist), None, &mut control).unwrap()
 }
 

@@ -1,0 +1,3 @@
+//! Other tools' formats. This room knows netlists and diagnostics, nothing of engines.
+
+pub mod yosys;

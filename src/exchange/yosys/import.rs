@@ -1,0 +1,443 @@
+//! From a file to a netlist: the modules, one within another, bit by bit.
+//!
+//! Each bit of a module's instance becomes a bit of the builder; a bit of a port is the bit outside that it is connected
+//! to. Cells are lowered in [`cells`](super::cells). All faults are told at once, each with the place in the file and
+//! in the source that Yosys read.
+
+mod top;
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::cells::{self, Type};
+use super::file::{self, Bit, Cell, File, Module, Port, Term};
+use super::monitor::Monitor;
+use super::origin::Origins;
+use crate::circuit::Limits;
+use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Span};
+use crate::netlist::{Builder, Bus, Direction, ScopeId};
+use crate::{Logic, Value};
+
+/// How deep modules may be in one another, whatever the limit: each takes some of the stack.
+const DEEPEST: u64 = 300;
+
+/// No bit of the builder yet.
+const NONE: u32 = u32::MAX;
+
+/// A netlist made of a file, and what goes with it.
+pub struct Imported {
+    /// The netlist under construction.
+    pub builder: Builder,
+    /// Where its cells and signals stand.
+    pub origins: Origins,
+    /// What its `$print`, `$assert` and like cells do.
+    pub monitors: Vec<Monitor>,
+    /// Where the top module's name stands.
+    pub span: Span,
+}
+
+/// How the numbers of a module's bits become indices.
+enum Index {
+    /// They are indices.
+    Dense(u32),
+    /// They are far apart.
+    Sparse(HashMap<u32, u32>),
+}
+
+impl Index {
+    fn new(module: &Module<'_>) -> Index {
+        let used = module.all_bits().len();
+        if module.bit_end as usize <= 4 * used + 64 {
+            return Index::Dense(module.bit_end);
+        }
+        let mut map = HashMap::new();
+        for number in module.all_bits().iter().filter_map(|b| b.number()) {
+            let next = map.len() as u32;
+            map.entry(number).or_insert(next);
+        }
+        Index::Sparse(map)
+    }
+
+    fn len(&self) -> u32 {
+        match self {
+            Index::Dense(n) => *n,
+            Index::Sparse(map) => map.len() as u32,
+        }
+    }
+
+    fn of(&self, number: u32) -> usize {
+        match self {
+            Index::Dense(_) => number as usize,
+            Index::Sparse(map) => map[&number] as usize,
+        }
+    }
+}
+
+/// What is worked out once for each module that is used.
+struct Plan {
+    index: Index,
+    /// What its storage cells hold at the start, by bit; empty if nothing is said.
+    init: Vec<Logic>,
+    /// Its cells' first place among the origins.
+    origin: u32,
+}
+
+/// An instance of a module while it is being built.
+pub(super) struct Here<'f, 'a> {
+    pub module: &'f Module<'a>,
+    number: usize,
+    pub scope: ScopeId,
+    /// The bits of the builder, by index.
+    map: Vec<u32>,
+    depth: u64,
+}
+
+pub(super) struct Import<'f, 'a> {
+    pub file: &'f File<'a>,
+    text: &'f str,
+    source: FileId,
+    limits: &'f Limits,
+    pub builder: Builder,
+    pub diagnostics: Diagnostics,
+    pub monitors: Vec<Monitor>,
+    origins: Origins,
+    plans: Vec<Option<Plan>>,
+    /// What each type is, by its term.
+    types: HashMap<Term, Type>,
+    /// Inverted bits, by the bit.
+    pub inverted: HashMap<u32, Bus>,
+    scopes: HashMap<(ScopeId, String), ScopeId>,
+    /// Cells that are left out, by type.
+    pub ignored: BTreeMap<String, (u32, &'static str)>,
+    /// Whether constants are for wires, which must not change those of others.
+    pub own_constants: bool,
+    /// How many cells, nets and instances there are so far.
+    made: u64,
+    /// Whether a limit was passed.
+    full: bool,
+    /// The cell that is being lowered, among the origins.
+    at: u32,
+}
+
+/// Imports a text. `top` is the module that was asked for, and where it was.
+pub fn import(
+    text: &str,
+    source: FileId,
+    top: Option<(&str, Span)>,
+    limits: &Limits,
+    diagnostics: &mut Diagnostics,
+) -> Option<Imported> {
+    let file = File::parse(text, source).map_err(|fault| diagnostics.push(fault)).ok()?;
+    let mut import = Import {
+        file: &file,
+        text,
+        source,
+        limits,
+        builder: Builder::new(""),
+        diagnostics: Diagnostics::new(),
+        monitors: Vec::new(),
+        origins: Origins::new(source),
+        plans: file.modules.iter().map(|_| None).collect(),
+        types: HashMap::new(),
+        inverted: HashMap::new(),
+        scopes: HashMap::new(),
+        ignored: BTreeMap::new(),
+        own_constants: false,
+        made: 0,
+        full: false,
+        at: NONE,
+    };
+    let result = import.run(top);
+    let Import { builder, diagnostics: told, monitors, origins, full, .. } = import;
+    diagnostics.append(told);
+    result.filter(|_| !full).map(|span| Imported { builder, origins, monitors, span })
+}
+
+impl<'f, 'a> Import<'f, 'a> {
+    fn run(&mut self, top: Option<(&str, Span)>) -> Option<Span> {
+        let number = self.top(top)?;
+        self.cycles(number)?;
+        let module = &self.file.modules[number];
+        self.builder = Builder::new(&module.name);
+        self.builder.set_verilog();
+        let mut here = self.here(number, self.builder.top(), 1);
+        self.top_ports(&mut here);
+        self.fill(&mut here);
+        self.body(&here);
+        for (kind, (n, why)) in std::mem::take(&mut self.ignored) {
+            let cells = if n == 1 { "cell is" } else { "cells are" };
+            let message = format!("{n} `{kind}` {cells} left out: {why}");
+            self.diagnostics.push(Diagnostic::new(Code::IgnoredCell, message).at(self.span_of(&module.name), ""));
+        }
+        Some(self.span_of(&module.name))
+    }
+
+    /// Where a string of the file stands.
+    pub fn span_of(&self, part: &str) -> Span {
+        file::place(self.text, self.source, part).unwrap_or(Span::new(self.source, 0, 1))
+    }
+
+    fn term_span(&self, term: Option<Term>) -> Option<Span> {
+        file::place(self.text, self.source, self.file.terms.text(term?))
+    }
+
+    /// What a type is.
+    pub fn kind(&mut self, term: Term) -> &Type {
+        let file = self.file;
+        self.types.entry(term).or_insert_with(|| {
+            let name = file.terms.text(term);
+            match file.modules.iter().position(|m| m.name == *name) {
+                Some(number) => Type::Module(number),
+                None => cells::builtin(name),
+            }
+        })
+    }
+
+    /// An instance without bits.
+    fn here(&mut self, number: usize, scope: ScopeId, depth: u64) -> Here<'f, 'a> {
+        let file = self.file;
+        let module = &file.modules[number];
+        if self.plans[number].is_none() {
+            let index = Index::new(module);
+            let mut init = Vec::new();
+            for net in &module.nets {
+                let Some(value) = net.init.and_then(|s| file.value(s)) else { continue };
+                init.resize(index.len() as usize, Logic::X);
+                for (i, bit) in module.bits(net.bits).iter().enumerate().take(value.width() as usize) {
+                    if let (Some(n), known @ (Logic::Zero | Logic::One)) = (bit.number(), value.bit(i as u32)) {
+                        init[index.of(n)] = known;
+                    }
+                }
+            }
+            let origin = self.origins.places();
+            for cell in &module.cells {
+                self.origins.add(self.span_of(&cell.name), self.term_span(cell.source));
+            }
+            self.plans[number] = Some(Plan { index, init, origin });
+        }
+        let bits = self.plan(number).index.len();
+        Here { module, number, scope, map: vec![NONE; bits as usize], depth }
+    }
+
+    fn plan(&self, number: usize) -> &Plan {
+        self.plans[number].as_ref().expect("a plan is made with the first instance")
+    }
+
+    fn top_ports(&mut self, here: &mut Here<'f, 'a>) {
+        let direction = |import: &Self, port: &Port<'_>| port.direction.map(|d| import.file.terms.text(d).to_string());
+        for port in here.module.ports.iter().filter(|p| !p.bits.is_empty()) {
+            let way = match direction(self, port).as_deref() {
+                Some("input") => Direction::Input,
+                Some("inout") => Direction::Inout,
+                _ => continue,
+            };
+            let scope = here.scope;
+            let (_, bus) = self.builder.declare(scope, &port.name, port.bits.len(), port.signed, Some(way));
+            self.origins.signal(self.span_of(&port.name));
+            for (bit, to) in here.module.bits(port.bits).to_vec().into_iter().zip(bus.bits()) {
+                self.bind(here, bit, to);
+            }
+        }
+        self.fill(here);
+        for port in here.module.ports.iter().filter(|p| !p.bits.is_empty()) {
+            match direction(self, port).as_deref() {
+                Some("input" | "inout") => continue,
+                Some("output") => {}
+                other => {
+                    let found = other.unwrap_or("nothing").to_owned();
+                    let fault = Diagnostic::new(Code::WrongType, format!("a port cannot go `{found}`"));
+                    self.diagnostics.push(fault.at(self.span_of(&port.name), "input, output or inout"));
+                }
+            }
+            self.own_constants = false;
+            let bus = self.bus(here, here.module.bits(port.bits));
+            self.builder.name(here.scope, &port.name, bus, port.signed, false, Some(Direction::Output));
+            self.origins.signal(self.span_of(&port.name));
+        }
+    }
+
+    /// Makes a bit of an instance the builder's bit `to`.
+    fn bind(&mut self, here: &mut Here<'f, 'a>, bit: Bit, to: u32) {
+        let Some(number) = bit.number() else {
+            let constant = Value::repeat(bit.constant().unwrap_or(Logic::X), 1);
+            let own = self.builder.own_constant(&constant);
+            self.builder.join(&own, &Bus::of_bit(to));
+            return;
+        };
+        let at = self.plan(here.number).index.of(number);
+        match here.map[at] {
+            NONE => here.map[at] = to,
+            other => self.builder.join(&Bus::of_bit(other), &Bus::of_bit(to)),
+        }
+    }
+
+    /// Gives every bit that has none yet one of its own.
+    fn fill(&mut self, here: &mut Here<'f, 'a>) {
+        let free = here.map.iter().filter(|&&b| b == NONE).count() as u32;
+        if u64::from(self.builder.bit_count()) + u64::from(free) > self.limits.bits.min(u64::from(u32::MAX) - 2) {
+            here.map.iter_mut().for_each(|b| *b = 0);
+            return self.too_large("bits", "bits", self.limits.bits, self.span_of(&here.module.name));
+        }
+        let mut fresh = self.builder.bits(free).bits().collect::<Vec<u32>>().into_iter();
+        here.map.iter_mut().filter(|b| **b == NONE).for_each(|b| *b = fresh.next().unwrap_or(0));
+    }
+
+    fn too_large(&mut self, limit: &str, what: &str, most: u64, span: Span) {
+        if !std::mem::replace(&mut self.full, true) {
+            let fault = Diagnostic::new(Code::TooLarge, format!("the circuit has more than {most} {what}"));
+            let help = format!("if it is meant to be, raise the limit by `--limit {limit}=NUMBER`");
+            self.diagnostics.push(fault.at(span, "while building this").help(help));
+        }
+    }
+
+    /// The builder's bits for some of an instance.
+    pub fn bus(&mut self, here: &Here<'f, 'a>, bits: &[Bit]) -> Bus {
+        let mut bus = Bus::default();
+        let mut at = 0;
+        while at < bits.len() {
+            if let Some(number) = bits[at].number() {
+                bus.push(here.map[self.plan(here.number).index.of(number)]);
+                at += 1;
+                continue;
+            }
+            let constants = bits[at..].iter().map_while(|b| b.constant());
+            let run: Vec<Logic> = constants.collect();
+            at += run.len();
+            let mut value = Value::unknown(run.len() as u32);
+            run.iter().enumerate().for_each(|(i, &b)| value.set_bit(i as u32, b));
+            bus.append(&self.constant(&value));
+        }
+        bus
+    }
+
+    /// A constant, shared with others unless it is to become part of a wire.
+    pub fn constant(&mut self, value: &Value) -> Bus {
+        if self.own_constants { self.builder.own_constant(value) } else { self.builder.constant(value) }
+    }
+
+    /// Says where the last signal stands: with a cell.
+    pub fn place_signal(&mut self, cell: &str) {
+        self.origins.signal(self.span_of(cell));
+    }
+
+    /// What a bit holds at the start.
+    pub fn init(&self, here: &Here<'f, 'a>, bit: Bit) -> Logic {
+        let plan = self.plan(here.number);
+        bit.number().and_then(|n| plan.init.get(plan.index.of(n))).copied().unwrap_or(Logic::X)
+    }
+
+    /// The scope of a path below another.
+    fn inner_scope(&mut self, scope: ScopeId, name: &str) -> ScopeId {
+        if let Some(&known) = self.scopes.get(&(scope, name.to_owned())) {
+            return known;
+        }
+        let id = self.builder.scope(scope, name);
+        self.scopes.insert((scope, name.to_owned()), id);
+        id
+    }
+
+    /// The nets and cells of an instance whose bits are there.
+    fn body(&mut self, here: &Here<'f, 'a>) {
+        let top = here.depth == 1;
+        let ports: std::collections::HashSet<&str> =
+            if top { here.module.ports.iter().map(|p| p.name.as_ref()).collect() } else { Default::default() };
+        for net in here.module.nets.iter().filter(|n| !n.bits.is_empty()) {
+            if top && ports.contains(net.name.as_ref()) {
+                continue;
+            }
+            let (mut scope, mut name) = (here.scope, net.name.as_ref());
+            if let Some(path) = net.path.map(|p| self.file.terms.text(p)) {
+                let mut parts: Vec<&str> = path.split(' ').filter(|p| !p.is_empty()).collect();
+                // only where it is the name indeed, so that no two become one
+                if parts.len() > 1 && parts.join(".") == net.name {
+                    name = parts.pop().unwrap_or(name);
+                    scope = parts.iter().fold(scope, |scope, part| self.inner_scope(scope, part));
+                }
+            }
+            let bus = self.bus(here, here.module.bits(net.bits));
+            self.builder.name(scope, name, bus, net.signed, net.hidden, None);
+            self.origins.signal(self.span_of(&net.name));
+        }
+        let origin = self.plan(here.number).origin;
+        self.made += 1 + (here.module.nets.len() + here.module.cells.len()) as u64;
+        for (i, cell) in here.module.cells.iter().enumerate() {
+            if self.full {
+                return;
+            }
+            if self.made.max(self.builder.cell_count() as u64) > self.limits.cells {
+                return self.too_large("cells", "cells", self.limits.cells, self.span_of(&cell.name));
+            }
+            self.at = origin + i as u32;
+            if let Type::Module(number) = *self.kind(cell.kind) {
+                self.instance(here, cell, number);
+            } else if let Err(why) = cells::lower(self, here, cell) {
+                let kind = self.file.terms.text(cell.kind);
+                let fault = Diagnostic::new(why.code, format!("`{}`, a `{kind}`: {}", cell.name, why.message));
+                let fault = self.with_source(fault.at(self.span_of(&cell.name), "this cell"), cell);
+                self.diagnostics.push(why.help.into_iter().fold(fault, Diagnostic::help));
+            }
+            self.origins.fill(self.builder.cell_count(), self.at);
+        }
+    }
+
+    /// Says where a cell comes from.
+    fn with_source(&self, fault: Diagnostic, cell: &Cell<'a>) -> Diagnostic {
+        match cell.source {
+            Some(source) => fault.note(format!("it comes from {}", self.file.terms.text(source))),
+            None => fault,
+        }
+    }
+
+    fn instance(&mut self, here: &Here<'f, 'a>, cell: &Cell<'a>, number: usize) {
+        let inner = &self.file.modules[number];
+        let fault = |code, message: String| Diagnostic::new(code, message);
+        let mut told = None;
+        if inner.black_box {
+            let message = format!("`{}` is a black box: the file has no contents for `{}`", cell.name, inner.name);
+            told = Some(fault(Code::UnsupportedCell, message).help("read its Verilog too before `write_json`"));
+        } else if here.depth >= self.limits.depth.min(DEEPEST) {
+            let message = format!("modules are more than {} deep in one another", self.limits.depth.min(DEEPEST));
+            told = Some(fault(Code::TooLarge, message).help("flatten it: `prep -flatten`"));
+        }
+        let parameters = here.module.parameters(cell);
+        if told.is_none() && parameters.iter().any(|p| !inner.defaults.contains(p)) {
+            let message = format!("`{}` sets parameters that `{}` was not made with", cell.name, inner.name);
+            told = Some(fault(Code::UnsupportedCell, message).help("let Yosys resolve them: `hierarchy` or `prep`"));
+        }
+        if let Some(fault) = told {
+            let fault = fault.at(self.span_of(&cell.name), "this cell");
+            let fault = self.with_source(fault, cell);
+            return self.diagnostics.push(fault);
+        }
+        let scope = self.builder.instance(here.scope, &cell.name, &inner.name);
+        let mut inside = self.here(number, scope, here.depth + 1);
+        for &(term, range) in here.module.connections(cell) {
+            let name = self.file.terms.text(term);
+            let Some(port) = inner.ports.iter().find(|p| p.name == *name) else {
+                let message = format!("`{}` connects `{name}`, which `{}` does not have", cell.name, inner.name);
+                let fault = fault(Code::UnknownPort, message).at(self.span_of(&cell.name), "this cell");
+                let fault = fault.did_you_mean(name, inner.ports.iter().map(|p| p.name.as_ref()));
+                let fault = self.with_source(fault, cell);
+                self.diagnostics.push(fault);
+                continue;
+            };
+            let (outer, inner_bits) = (here.module.bits(range), inner.bits(port.bits));
+            if outer.len() != inner_bits.len() {
+                let message =
+                    format!("`{}` connects {} bits to `{name}` of {}", cell.name, outer.len(), inner_bits.len());
+                let fault = fault(Code::WidthMismatch, message).at(self.span_of(&cell.name), "this cell");
+                let fault = self.with_source(fault, cell);
+                self.diagnostics.push(fault);
+                continue;
+            }
+            self.own_constants = true;
+            let bus = self.bus(here, outer);
+            for (&bit, to) in inner_bits.iter().zip(bus.bits()) {
+                self.bind(&mut inside, bit, to);
+            }
+        }
+        self.fill(&mut inside);
+        let at = self.at;
+        self.body(&inside);
+        self.at = at;
+    }
+}

@@ -1,0 +1,102 @@
+//! What `$print`, `$check`, `$assert`, `$assume` and `$cover` do in a run.
+//!
+//! Each watches signals of the netlist. Those that wait for a clock edge have flip-flops that sample what they say at it,
+//! as all others do, and a counter of the edges.
+
+use super::format::{Piece, render};
+use crate::netlist::SignalId;
+use crate::{Logic, Value};
+
+/// What a cell is for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Flavor {
+    /// To say something.
+    Print,
+    /// What must hold.
+    Assert,
+    /// What the surroundings must keep to.
+    Assume,
+    /// What is to happen at least once.
+    Cover,
+}
+
+/// When a cell acts.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum When {
+    /// Whenever what it reads changes.
+    Changed,
+    /// When a counter of clock edges does.
+    Edge(SignalId),
+    /// Once, at the start.
+    Start,
+}
+
+/// A cell that says something while a circuit runs.
+#[derive(Clone, Debug)]
+pub struct Monitor {
+    /// What it is for.
+    pub flavor: Flavor,
+    /// Its path.
+    pub name: String,
+    /// Where it comes from in the source that Yosys read.
+    pub source: Option<String>,
+    /// When it acts.
+    pub when: When,
+    /// Whether it acts, in bit 0, whether its condition holds, in bit 1, and its arguments.
+    pub signal: SignalId,
+    /// What it says.
+    pub format: Vec<Piece>,
+}
+
+/// What has become of a check so far.
+#[derive(Clone, Debug, Default)]
+pub struct Seen {
+    value: Option<Value>,
+    edges: Option<Value>,
+    covered: bool,
+}
+
+impl Monitor {
+    /// Looks at the present values, of which `value` reads one; what is said, if anything is. A condition that is unknown
+    /// does not hold, but that it has never been known yet is no news.
+    pub fn look(&self, seen: &mut Seen, time: u64, mut value: impl FnMut(SignalId) -> Value) -> Option<String> {
+        let first = seen.value.is_none();
+        let now = value(self.signal);
+        let news = match self.when {
+            When::Changed => seen.value.as_ref() != Some(&now) && !(first && now.bit(1) == Logic::X),
+            When::Start => first,
+            When::Edge(counter) => {
+                let edges = value(counter);
+                let before = seen.edges.replace(edges.clone());
+                before.is_some_and(|b| b != edges)
+            }
+        };
+        seen.value = Some(now.clone());
+        if !news || now.bit(0) != Logic::One {
+            return None;
+        }
+        let holds = now.bit(1) == Logic::One;
+        let says = match self.flavor {
+            Flavor::Print => true,
+            Flavor::Assert | Flavor::Assume => !holds,
+            Flavor::Cover => holds && !std::mem::replace(&mut seen.covered, true),
+        };
+        says.then(|| {
+            let mut arguments = Value::from_u64(0, now.width() - 2);
+            (2..now.width()).for_each(|i| arguments.set_bit(i - 2, now.bit(i)));
+            render(&self.format, &arguments, time)
+        })
+    }
+
+    /// Whether it was to happen and did not.
+    #[must_use]
+    pub fn is_uncovered(&self, seen: &Seen) -> bool {
+        self.flavor == Flavor::Cover && !seen.covered
+    }
+
+    /// Whether what it says is a failure.
+    #[must_use]
+    pub fn fails(&self) -> bool {
+        matches!(self.flavor, Flavor::Assert | Flavor::Assume)
+    }
+}
