@@ -97,9 +97,9 @@ pub fn synchroniser(circuit: &Circuit, tau: u64) -> Result<(), String> {
     Ok(())
 }
 
-/// Draws with `circuits/feed/paced.json`, whose interpolator is at `core`, and compares it with
-/// the interpolator and the generator at every rising edge of `clk`, and for some time after the end. Returns the ticks
-/// from START to the end.
+/// Draws with `circuits/feed/paced.json`, whose interpolator is at `core`, and compares it with the interpolator and the
+/// generator at every rising edge of `clk`, and for some time after the end. It begins twice: the second START comes some
+/// ticks after the first. Returns the ticks from START to the end.
 pub fn paced(
     sim: &mut Simulator<'_>,
     core: &str,
@@ -116,7 +116,8 @@ pub fn paced(
         let input = sim.input(name).unwrap();
         sim.set(input, value);
     }
-    for (input, level) in [(clk, 0), (start, 1), (start, 0)] {
+    let begun = (0..2 * (period % 80)).map(|n| (clk, (n + 1) % 2));
+    for (input, level) in [(clk, 0), (start, 1), (start, 0)].into_iter().chain(begun).chain([(start, 1), (start, 0)]) {
         sim.set(input, level);
         sim.settle().map_err(|e| e.to_string())?;
     }
