@@ -1,6 +1,7 @@
 //! `discreta stats` as a user meets it.
 
-use std::process::Command;
+#[path = "support/program.rs"]
+mod program;
 
 use serde_json::Value;
 
@@ -36,11 +37,7 @@ const TOGGLE: &str = r#"{
 
 /// Exit status, standard output, standard error.
 fn stats(args: &[&str]) -> (i32, String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_discreta"));
-    command.arg("stats").args(args).current_dir(env!("CARGO_MANIFEST_DIR")).env_remove("CLICOLOR_FORCE");
-    let output = command.output().unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+    program::discreta(&[&["stats"], args].concat())
 }
 
 fn toggle() -> (tempfile::TempDir, String) {

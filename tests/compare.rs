@@ -1,23 +1,17 @@
 //! `discreta compare`: its numbers against the documents' formulas and against what is known of the methods, its formats,
 //! and that `docs/comparison.md` is current: `BLESS=1 cargo test --test compare` renews it.
 
+#[path = "support/program.rs"]
+mod program;
+
 use std::path::Path;
-use std::process::Command;
 use std::sync::OnceLock;
 
 use serde_json::Value;
 
 /// Exit status, standard output, standard error of a command line split at spaces.
 fn compare(line: &str) -> (i32, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_discreta"))
-        .arg("compare")
-        .args(line.split_whitespace())
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .env_remove("CLICOLOR_FORCE")
-        .output()
-        .unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (output.status.code().expect("no signal ended it"), text(output.stdout), text(output.stderr))
+    program::command("compare", line)
 }
 
 #[track_caller]

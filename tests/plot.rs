@@ -1,22 +1,16 @@
 //! `discreta plot`: what is in a picture, what is refused, and that the pictures of the documentation are current:
 //! `BLESS=1 cargo test --test plot` renews them.
 
+#[path = "support/program.rs"]
+mod program;
+
 use std::path::Path;
-use std::process::Command;
 
 const TRACE: &str = "traces/evaluation/line_5_3.vcd";
 
 /// Exit status, standard output, standard error of a command line split at spaces.
 fn plot(line: &str) -> (i32, String, String) {
-    let output = Command::new(env!("CARGO_BIN_EXE_discreta"))
-        .arg("plot")
-        .args(line.split_whitespace())
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .env_remove("CLICOLOR_FORCE")
-        .output()
-        .unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (output.status.code().expect("no signal ended it"), text(output.stdout), text(output.stderr))
+    program::command("plot", line)
 }
 
 /// The picture.
