@@ -10,6 +10,7 @@
 
 use std::iter::FusedIterator;
 
+use super::mask;
 use crate::interpolate::{ArcInput, Clock, Columns, InputError, Interpolator, Options, Watchdog};
 
 /// What the command line asks for.
@@ -108,11 +109,6 @@ impl State {
         }
         self.clock(x, !x)
     }
-}
-
-/// Ones in the low `bits` bits.
-const fn mask(bits: u32) -> u64 {
-    (1 << bits) - 1
 }
 
 /// The arc by evaluation function: an iterator over its clocks, up to the one that ends it. Document C calls it

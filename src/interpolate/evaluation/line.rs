@@ -7,6 +7,7 @@
 
 use std::iter::FusedIterator;
 
+use super::mask;
 use crate::interpolate::{Clock, Columns, InputError, Interpolator, LineInput, Method, Options, Watchdog};
 
 /// What the command line asks for.
@@ -68,11 +69,6 @@ impl State {
         self.yt += 1;
         self.koy = self.koy.wrapping_sub(1) & mask(self.input.bits);
     }
-}
-
-/// Ones in the low `bits` bits.
-const fn mask(bits: u32) -> u64 {
-    (1 << bits) - 1
 }
 
 /// The line as the block diagram draws it: an iterator over its clocks, up to the one that ends it.

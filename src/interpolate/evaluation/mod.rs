@@ -10,3 +10,8 @@ pub mod line_3d;
 
 #[cfg(test)]
 mod circle_tests;
+
+/// Ones in the low `bits` bits.
+const fn mask(bits: u32) -> u64 {
+    (1 << bits) - 1
+}
