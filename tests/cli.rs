@@ -1,10 +1,14 @@
 //! The command line as a user meets it: what is printed where, what is written, and how it ends.
 
+#[path = "support/program.rs"]
+mod program;
+
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use program::{discreta, ended, run};
 use serde_json::Value;
 
 const LINE: &str = "circuits/evaluation/line.json";
@@ -26,22 +30,6 @@ const LONG: &str = r#"{
     "limit": { "time": "9000000000s" }
   }
 }"#;
-
-fn discreta(args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_discreta"));
-    command.args(args).current_dir(env!("CARGO_MANIFEST_DIR")).env_remove("NO_COLOR").env_remove("CLICOLOR_FORCE");
-    command
-}
-
-/// Exit status, standard output, standard error.
-fn run(args: &[&str]) -> (i32, String, String) {
-    ended(discreta(args).output().unwrap())
-}
-
-fn ended(output: Output) -> (i32, String, String) {
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (output.status.code().expect("no signal ended it"), text(output.stdout), text(output.stderr))
-}
 
 /// What a command must print to standard error when it ends with 2.
 #[track_caller]

@@ -1,26 +1,16 @@
 //! `discreta diff`, and what every command has from `cli`: exit status, pipes, full disks, colours.
 
+#[path = "support/program.rs"]
+mod program;
+
 use std::fs::File;
 use std::path::PathBuf;
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
+
+use program::{discreta, ended, run};
 
 const COUNTER: &str = "tests/waves/counter.vcd";
 const COUNTER_FST: &str = "tests/waves/counter.fst";
-
-fn discreta(args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_discreta"));
-    command.args(args).current_dir(env!("CARGO_MANIFEST_DIR")).env_remove("NO_COLOR").env_remove("CLICOLOR_FORCE");
-    command
-}
-
-fn run(args: &[&str]) -> (i32, String, String) {
-    ended(discreta(args).output().unwrap())
-}
-
-fn ended(output: Output) -> (i32, String, String) {
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
-}
 
 /// The counter with one value changed, in a directory that lives as long as the test.
 fn changed(dir: &tempfile::TempDir) -> PathBuf {

@@ -1,26 +1,21 @@
 //! `discreta interpolate`: what every format prints, and what is refused. The steps and values are those that the
 //! documents' formulas give by hand.
 
+#[path = "support/program.rs"]
+mod program;
+
 use std::io::{BufRead, BufReader};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 
 use serde_json::{Value, json};
 
 fn discreta(args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_discreta"));
-    command.arg("interpolate").args(args).current_dir(env!("CARGO_MANIFEST_DIR"));
-    command.env_remove("NO_COLOR").env_remove("CLICOLOR_FORCE");
-    command
-}
-
-fn ended(output: Output) -> (i32, String, String) {
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (output.status.code().expect("no signal ended it"), text(output.stdout), text(output.stderr))
+    program::discreta(&[&["interpolate"], args].concat())
 }
 
 /// Exit status, standard output, standard error of a command line split at spaces.
 fn run(line: &str) -> (i32, String, String) {
-    ended(discreta(&line.split_whitespace().collect::<Vec<_>>()).output().unwrap())
+    program::command("interpolate", line)
 }
 
 /// What it prints when it succeeds.

@@ -37,7 +37,7 @@ const TOGGLE: &str = r#"{
 
 /// Exit status, standard output, standard error.
 fn stats(args: &[&str]) -> (i32, String, String) {
-    program::discreta(&[&["stats"], args].concat())
+    program::run(&[&["stats"], args].concat())
 }
 
 fn toggle() -> (tempfile::TempDir, String) {

@@ -202,7 +202,7 @@ pub(super) fn line(method: Method, input: LineInput, options: &Options) -> Resul
         Method::EfLine => evaluation::line::build(input, options),
         Method::DdaLine => dda::line::build(input, options),
         Method::EfLineFast => evaluation::fast_line::build(input, options),
-        _ => Err(InputError::Missing { method, option: "an algorithm" }),
+        _ => unreachable!("the shape of {method} is no line"),
     }
 }
 
@@ -215,7 +215,7 @@ pub(super) fn line_3d(
     match method {
         Method::EfLine3d => evaluation::line_3d::build(input, options),
         Method::DdaLine3d => dda::line_3d::build(input, options),
-        _ => Err(InputError::Missing { method, option: "an algorithm" }),
+        _ => unreachable!("the shape of {method} is no line in space"),
     }
 }
 
@@ -226,6 +226,6 @@ pub(super) fn arc(method: Method, input: ArcInput, options: &Options) -> Result<
         Method::Karibsky => evaluation::karibsky::build(input, options),
         Method::DdaCircle => dda::circle::build(input, options),
         Method::EfCircleFast => evaluation::fast_circle::build(input, options),
-        _ => Err(InputError::Missing { method, option: "an algorithm" }),
+        _ => unreachable!("the shape of {method} is no arc"),
     }
 }
