@@ -3,6 +3,8 @@
 //! Every engine keeps the meaning that `docs/meaning.md` fixes, bit for bit; [`EventEngine`] is the reference. This room
 //! reads netlists and knows neither files nor waveforms.
 
+#[cfg(feature = "compiled")]
+mod compiled;
 mod event;
 
 use std::fmt;
@@ -11,6 +13,8 @@ use crate::cell::Clock;
 use crate::netlist::{CellId, NetId};
 use crate::value::Word;
 
+#[cfg(feature = "compiled")]
+pub use compiled::{CompiledEngine, EngineReport};
 pub use event::EventEngine;
 
 /// A run that cannot go on: some nets never settle.

@@ -1,0 +1,242 @@
+//! From chunks to machine code, through Cranelift. A chunk becomes a function of one straight line that is given where
+//! the memory begins.
+
+use cranelift_codegen::ir::condcodes::IntCC;
+use cranelift_codegen::ir::{AbiParam, InstBuilder, MemFlags, Signature, Value, types};
+use cranelift_codegen::settings::{self, Configurable};
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
+use cranelift_jit::{JITBuilder, JITModule};
+use cranelift_module::{Linkage, Module, default_libcall_names};
+
+use super::graph::{Graph, Id, Map, Op};
+use super::machine::Machine;
+use super::plan::{Chunk, Half, Plan};
+
+/// Where the generated code finds what it shares with the engine, in halves of slots.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shared {
+    /// Set to what is unknown of state that is taken to be known.
+    pub alarm: Half,
+    /// A bit for each observed net.
+    pub changed: Half,
+    /// A bit for each settling chunk, from a new half on one for each other chunk.
+    pub dirty: Half,
+}
+
+/// The half and the bit that wake a chunk.
+pub(super) fn dirty_bit(settling: usize, chunk: u32) -> (u32, u64) {
+    let chunk = chunk as usize;
+    let (word, bit) = if chunk < settling {
+        (chunk / 64, chunk % 64)
+    } else {
+        (settling.div_ceil(64) + (chunk - settling) / 64, (chunk - settling) % 64)
+    };
+    (word as u32, 1 << bit)
+}
+
+fn module() -> Result<JITModule, String> {
+    let mut flags = settings::builder();
+    let mut set = |name: &str, value: &str| flags.set(name, value).map_err(|e| e.to_string());
+    set("opt_level", "speed")?;
+    set("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" })?;
+    set("is_pic", "false")?;
+    set("use_colocated_libcalls", "false")?;
+    set("unwind_info", "false")?;
+    let isa = cranelift_native::builder()?.finish(settings::Flags::new(flags)).map_err(|e| e.to_string())?;
+    Ok(JITModule::new(JITBuilder::with_isa(isa, default_libcall_names())))
+}
+
+/// Compiles the chunks of a plan.
+pub(super) fn compile(graph: &Graph, plan: &Plan, shared: Shared) -> Result<Machine, String> {
+    let mut module = module()?;
+    let pointer = module.target_config().pointer_type();
+    if pointer != types::I64 {
+        return Err("the machine does not have 64-bit addresses".into());
+    }
+    let mut signature = Signature::new(module.target_config().default_call_conv);
+    signature.params.push(AbiParam::new(pointer));
+    let mut context = module.make_context();
+    let mut builders = FunctionBuilderContext::new();
+    let mut ids = Vec::new();
+    for (number, chunk) in plan.chunks.iter().enumerate() {
+        context.func.signature = signature.clone();
+        let mut builder = FunctionBuilder::new(&mut context.func, &mut builders);
+        let block = builder.create_block();
+        builder.append_block_params_for_function_params(block);
+        builder.switch_to_block(block);
+        builder.seal_block(block);
+        let base = builder.block_params(block)[0];
+        let mut emit = Emit { graph, plan, builder: &mut builder, base, values: Map::default(), flags: Map::default() };
+        emit.chunk(chunk, shared);
+        builder.ins().return_(&[]);
+        builder.finalize();
+        let id = module
+            .declare_function(&format!("chunk{number}"), Linkage::Local, &signature)
+            .map_err(|e| e.to_string())?;
+        module.define_function(id, &mut context).map_err(|e| format!("{e:?}"))?;
+        module.clear_context(&mut context);
+        ids.push(id);
+    }
+    module.finalize_definitions().map_err(|e| e.to_string())?;
+    let functions: Vec<*const u8> = ids.iter().map(|&id| module.get_finalized_function(id)).collect();
+    Ok(Machine::new(module, functions))
+}
+
+struct Emit<'a, 'b> {
+    graph: &'a Graph,
+    plan: &'a Plan,
+    builder: &'a mut FunctionBuilder<'b>,
+    base: Value,
+    values: Map<Id, Value>,
+    /// Comparisons as the machine gives them.
+    flags: Map<Id, Value>,
+}
+
+fn trusted() -> MemFlags {
+    MemFlags::trusted()
+}
+
+impl Emit<'_, '_> {
+    fn chunk(&mut self, chunk: &Chunk, shared: Shared) {
+        for &node in &chunk.nodes {
+            self.node(node);
+        }
+        // all that is read is read before anything is stored
+        let values: Vec<Value> = chunk.stores.iter().map(|s| self.value(s.node)).collect();
+        let mut alarm: Option<Value> = None;
+        let mut dirty: Map<u32, Value> = Map::default();
+        let mut changed: Map<u32, Value> = Map::default();
+        for (store, value) in chunk.stores.iter().zip(values) {
+            let offset = offset(store.half);
+            if store.alarm {
+                alarm = Some(alarm.map_or(value, |a| self.builder.ins().bor(a, value)));
+            }
+            if !store.compared {
+                self.builder.ins().store(trusted(), value, self.base, offset);
+                continue;
+            }
+            let old = self.builder.ins().load(types::I64, trusted(), self.base, offset);
+            let differs = self.builder.ins().icmp(IntCC::NotEqual, old, value);
+            self.builder.ins().store(trusted(), value, self.base, offset);
+            let mut marks: Vec<(u32, u64, bool)> = Vec::new();
+            for &chunk in &store.wakes {
+                let (word, bit) = dirty_bit(self.plan.settling, chunk);
+                match marks.iter_mut().find(|m| m.0 == word) {
+                    Some(mark) => mark.1 |= bit,
+                    None => marks.push((word, bit, false)),
+                }
+            }
+            marks.extend(store.observed.map(|bit| (bit / 64, 1 << (bit % 64), true)));
+            for (word, bits, observed) in marks {
+                let none = self.builder.ins().iconst(types::I64, 0);
+                let some = self.builder.ins().iconst(types::I64, bits as i64);
+                let mark = self.builder.ins().select(differs, some, none);
+                let all = if observed { &mut changed } else { &mut dirty };
+                let before = all.get(&word).copied();
+                let joined = before.map_or(mark, |b| self.builder.ins().bor(b, mark));
+                all.insert(word, joined);
+            }
+        }
+        let mut marks: Vec<(Half, Value)> = Vec::new();
+        marks.extend(alarm.map(|value| (shared.alarm, value)));
+        marks.extend(dirty.into_iter().map(|(word, value)| (shared.dirty + word, value)));
+        marks.extend(changed.into_iter().map(|(word, value)| (shared.changed + word, value)));
+        marks.sort_unstable_by_key(|m| m.0);
+        for (half, value) in marks {
+            let old = self.builder.ins().load(types::I64, trusted(), self.base, offset(half));
+            let new = self.builder.ins().bor(old, value);
+            self.builder.ins().store(trusted(), new, self.base, offset(half));
+        }
+    }
+
+    /// A node's value, brought from memory if another chunk computes it.
+    fn value(&mut self, id: Id) -> Value {
+        if let Some(&value) = self.values.get(&id) {
+            return value;
+        }
+        let value = if let Some(&flag) = self.flags.get(&id) {
+            self.builder.ins().uextend(types::I64, flag)
+        } else {
+            match self.graph.op(id) {
+                Op::Const(n) => self.builder.ins().iconst(types::I64, n as i64),
+                Op::Load(half) => self.builder.ins().load(types::I64, trusted(), self.base, offset(half)),
+                _ => {
+                    let half = self.plan.place[&id];
+                    self.builder.ins().load(types::I64, trusted(), self.base, offset(half))
+                }
+            }
+        };
+        self.values.insert(id, value);
+        value
+    }
+
+    fn node(&mut self, id: Id) {
+        let graph = self.graph;
+        let value = match graph.op(id) {
+            Op::Const(_) | Op::Load(_) => return,
+            Op::And(a, b) => self.two(a, b, |i, a, b| i.band(a, b)),
+            Op::AndNot(a, b) => self.two(a, b, |i, a, b| i.band_not(a, b)),
+            Op::Or(a, b) => self.two(a, b, |i, a, b| i.bor(a, b)),
+            Op::Xor(a, b) => self.two(a, b, |i, a, b| i.bxor(a, b)),
+            Op::Add(a, b) => self.two(a, b, |i, a, b| i.iadd(a, b)),
+            Op::Sub(a, b) => self.two(a, b, |i, a, b| i.isub(a, b)),
+            Op::Mul(a, b) => self.two(a, b, |i, a, b| i.imul(a, b)),
+            Op::MulHigh(a, b) => self.two(a, b, |i, a, b| i.umulhi(a, b)),
+            Op::MulHighSigned(a, b) => self.two(a, b, |i, a, b| i.smulhi(a, b)),
+            Op::ShlBy(a, b) => self.two(a, b, |i, a, b| i.ishl(a, b)),
+            Op::ShrBy(a, b) => self.two(a, b, |i, a, b| i.ushr(a, b)),
+            Op::SarBy(a, b) => self.two(a, b, |i, a, b| i.sshr(a, b)),
+            Op::Div(a, b) => self.two(a, b, |i, a, b| i.udiv(a, b)),
+            Op::Rem(a, b) => self.two(a, b, |i, a, b| i.urem(a, b)),
+            Op::Shl(a, n) => {
+                let a = self.value(a);
+                self.builder.ins().ishl_imm(a, i64::from(n))
+            }
+            Op::Shr(a, n) => {
+                let a = self.value(a);
+                self.builder.ins().ushr_imm(a, i64::from(n))
+            }
+            Op::Count(a) => {
+                let a = self.value(a);
+                self.builder.ins().popcnt(a)
+            }
+            Op::Eq(a, b) | Op::Less(a, b) => {
+                let code = if matches!(graph.op(id), Op::Eq(..)) { IntCC::Equal } else { IntCC::UnsignedLessThan };
+                let (a, b) = (self.value(a), self.value(b));
+                let flag = self.builder.ins().icmp(code, a, b);
+                self.flags.insert(id, flag);
+                return;
+            }
+            Op::Select(s, a, b) => {
+                let (a, b) = (self.value(a), self.value(b));
+                let s = match self.flags.get(&s) {
+                    Some(&flag) => flag,
+                    None => self.value(s),
+                };
+                self.builder.ins().select(s, a, b)
+            }
+            Op::Element { slot, index, plane, .. } => {
+                let index = self.value(index);
+                let bytes = self.builder.ins().ishl_imm(index, 4);
+                let at = self.builder.ins().iadd(self.base, bytes);
+                self.builder.ins().load(types::I64, trusted(), at, offset(2 * slot + u32::from(plane)))
+            }
+        };
+        self.values.insert(id, value);
+    }
+
+    fn two(
+        &mut self,
+        a: Id,
+        b: Id,
+        make: impl FnOnce(cranelift_frontend::FuncInstBuilder<'_, '_>, Value, Value) -> Value,
+    ) -> Value {
+        let (a, b) = (self.value(a), self.value(b));
+        make(self.builder.ins(), a, b)
+    }
+}
+
+/// Where half a slot lies, in bytes.
+fn offset(half: Half) -> i32 {
+    i32::try_from(u64::from(half) * 8).expect("memory is smaller than that: the engine sees to it")
+}

@@ -1,0 +1,189 @@
+//! From a graph to chunks: which nodes are computed together, what they leave in memory, and who is to look again when
+//! that changes.
+//!
+//! Nodes stand in the order of a walk from what is wanted, so a chunk holds whole cones where it can. What a chunk leaves
+//! for a later one is stored and compared; only a change wakes the later one.
+
+use super::graph::{Graph, Id, Map, Op};
+
+/// Half a slot of memory: `2 * slot` is its value plane, `2 * slot + 1` its unknown plane.
+pub(super) type Half = u32;
+
+/// Something wanted in memory.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Root {
+    pub node: Id,
+    pub half: Half,
+    /// The bit that a change sets, for a net that is observed.
+    pub observed: Option<u32>,
+    /// Whether it is the unknown plane of state that this form takes to be known.
+    pub alarm: bool,
+    /// Whether later chunks may take it from there.
+    pub shared: bool,
+}
+
+/// What a chunk stores.
+#[derive(Clone, Debug)]
+pub(super) struct Store {
+    pub node: Id,
+    pub half: Half,
+    pub observed: Option<u32>,
+    pub alarm: bool,
+    /// Whether a change has to be found out.
+    pub compared: bool,
+    /// Chunks that a change wakes.
+    pub wakes: Vec<u32>,
+}
+
+/// Nodes that are computed together, in order, and what they store.
+#[derive(Default, Debug)]
+pub(super) struct Chunk {
+    pub nodes: Vec<Id>,
+    pub stores: Vec<Store>,
+}
+
+/// Chunks in order, each after those that it reads.
+#[derive(Default, Debug)]
+pub(super) struct Plan {
+    pub chunks: Vec<Chunk>,
+    /// How many of the chunks are needed for a circuit to be settled; the others only before an edge.
+    pub settling: usize,
+    /// Where nodes lie that one chunk computes and another uses.
+    pub place: Map<Id, Half>,
+    /// The chunks that read each slot of state.
+    pub readers: Map<u32, Vec<u32>>,
+    /// Roots that are constant.
+    pub constants: Vec<(Root, u64)>,
+}
+
+const NONE: u32 = u32::MAX;
+
+struct Walk<'g> {
+    graph: &'g Graph,
+    /// The chunk of each node.
+    chunk_of: Vec<u32>,
+    plan: Plan,
+    limit: usize,
+}
+
+impl Walk<'_> {
+    fn current(&mut self) -> u32 {
+        let full = self.plan.chunks.last().is_none_or(|c| c.nodes.len() >= self.limit);
+        if full {
+            self.plan.chunks.push(Chunk::default());
+        }
+        self.plan.chunks.len() as u32 - 1
+    }
+
+    /// Gives a node and all that it needs a chunk.
+    fn visit(&mut self, root: Id, stack: &mut Vec<(Id, bool)>) {
+        stack.push((root, false));
+        while let Some((node, ready)) = stack.pop() {
+            if self.chunk_of[node as usize] != NONE || self.graph.op(node).is_leaf() {
+                continue;
+            }
+            if ready {
+                let chunk = self.current();
+                self.chunk_of[node as usize] = chunk;
+                self.plan.chunks[chunk as usize].nodes.push(node);
+                continue;
+            }
+            stack.push((node, true));
+            let op = self.graph.op(node);
+            op.operands().for_each(|o| stack.push((o, false)));
+        }
+    }
+}
+
+/// Plans chunks of at most `limit` nodes. `fresh` gives places in memory.
+pub(super) fn plan(
+    graph: &Graph,
+    settling: &[Root],
+    sampled: &[Root],
+    limit: usize,
+    mut fresh: impl FnMut() -> Half,
+) -> Plan {
+    let mut w = Walk { graph, chunk_of: vec![NONE; graph.len()], plan: Plan::default(), limit };
+    let mut stack = Vec::new();
+    let mut placed = Vec::new();
+    for (late, roots) in [(false, settling), (true, sampled)] {
+        if late {
+            w.plan.settling = w.plan.chunks.len();
+            // nodes of the two kinds do not share a chunk
+            w.plan.chunks.push(Chunk::default());
+        }
+        for root in roots {
+            if let Some(n) = graph.value(root.node) {
+                w.plan.constants.push((*root, n));
+                continue;
+            }
+            w.visit(root.node, &mut stack);
+            let chunk = match w.chunk_of[root.node as usize] {
+                NONE => w.current(),
+                // what was computed for settling may be wanted again before an edge
+                chunk if late && (chunk as usize) < w.plan.settling => w.current(),
+                chunk => chunk,
+            };
+            placed.push((chunk, *root));
+        }
+    }
+    let Walk { chunk_of, mut plan, .. } = w;
+    // what is used in a later chunk, and by which
+    let mut uses: Map<Id, Vec<u32>> = Map::default();
+    let mut used = |node: Id, by: u32, readers: &mut Map<u32, Vec<u32>>| {
+        let list = match graph.op(node) {
+            Op::Const(_) => return,
+            Op::Load(half) => readers.entry(half / 2).or_default(),
+            _ if chunk_of[node as usize] == by => return,
+            _ => uses.entry(node).or_default(),
+        };
+        if list.last() != Some(&by) {
+            list.push(by);
+        }
+    };
+    for (number, chunk) in plan.chunks.iter().enumerate() {
+        for &node in &chunk.nodes {
+            let op = graph.op(node);
+            op.operands().for_each(|o| used(o, number as u32, &mut plan.readers));
+            if let Op::Element { slot, .. } = op {
+                let list = plan.readers.entry(slot).or_default();
+                if list.last() != Some(&(number as u32)) {
+                    list.push(number as u32);
+                }
+            }
+        }
+    }
+    for (chunk, root) in &placed {
+        used(root.node, *chunk, &mut plan.readers);
+    }
+    for list in uses.values_mut().chain(plan.readers.values_mut()) {
+        list.sort_unstable();
+        list.dedup();
+    }
+    for (chunk, root) in placed {
+        let own = chunk_of[root.node as usize] == chunk;
+        let mut wakes = Vec::new();
+        if root.shared && own && !plan.place.contains_key(&root.node) {
+            plan.place.insert(root.node, root.half);
+            wakes = uses.get(&root.node).cloned().unwrap_or_default();
+        }
+        // state that a control changes at once is read as state too
+        for &reader in plan.readers.get(&(root.half / 2)).map_or(&[][..], Vec::as_slice) {
+            if !wakes.contains(&reader) {
+                wakes.push(reader);
+            }
+        }
+        let compared = root.observed.is_some() || !wakes.is_empty();
+        let Root { node, half, observed, alarm, .. } = root;
+        plan.chunks[chunk as usize].stores.push(Store { node, half, observed, alarm, compared, wakes });
+    }
+    let mut rest: Vec<(Id, Vec<u32>)> = uses.into_iter().filter(|(node, _)| !plan.place.contains_key(node)).collect();
+    rest.sort_unstable_by_key(|(node, _)| *node);
+    for (node, wakes) in rest {
+        let half = fresh();
+        plan.place.insert(node, half);
+        let store = Store { node, half, observed: None, alarm: false, compared: true, wakes };
+        plan.chunks[chunk_of[node as usize] as usize].stores.push(store);
+    }
+    plan
+}

@@ -1,0 +1,149 @@
+//! The compiled engine against the event engine: every net at every tick, on random netlists with x and z at random
+//! times, whatever is observed and however the circuit is cut.
+#![cfg(feature = "compiled")]
+
+mod support;
+
+use discreta::Value;
+use discreta::cell::Clock;
+use discreta::engine::{CompiledEngine, Engine, EventEngine};
+use discreta::netlist::{NetId, Netlist};
+use discreta::value::Word;
+use support::Rng;
+use support::design::{CLOCKS, Design};
+
+/// Two engines on one netlist.
+struct Pair<'n> {
+    netlist: &'n Netlist,
+    event: EventEngine,
+    compiled: CompiledEngine<'n>,
+}
+
+impl<'n> Pair<'n> {
+    fn new(netlist: &'n Netlist, chunk: usize, observed: impl Fn(NetId) -> bool) -> Pair<'n> {
+        let mut event = EventEngine::new(netlist);
+        let mut compiled = CompiledEngine::with_chunk(netlist, chunk).unwrap();
+        for net in netlist.net_ids().filter(|&n| observed(n)) {
+            event.observe(net);
+            compiled.observe(net);
+        }
+        Pair { netlist, event, compiled }
+    }
+
+    fn drive(&mut self, net: NetId, value: &Value) {
+        let words: Vec<Word> = value.words().collect();
+        self.event.drive(net, &words);
+        self.compiled.drive(net, &words);
+    }
+
+    /// Whether both settle.
+    fn settle(&mut self, label: &dyn Fn() -> String) -> bool {
+        let (a, b) = (self.event.settle(), self.compiled.settle());
+        assert_eq!(a, b, "{}", label());
+        self.compare(label);
+        a.is_ok()
+    }
+
+    fn run_to(&mut self, until: u64, label: &dyn Fn() -> String) -> bool {
+        for tick in self.event.now()..=until {
+            loop {
+                let (a, b) = (to(&mut self.event, tick), to(&mut self.compiled, tick));
+                assert_eq!(a, b, "{}", label());
+                if a.is_err() {
+                    return false;
+                }
+                if self.event.now() == tick && self.compiled.now() == tick {
+                    break;
+                }
+            }
+            self.compare(label);
+        }
+        true
+    }
+
+    fn compare(&mut self, label: &dyn Fn() -> String) {
+        for net in self.netlist.net_ids() {
+            let (a, b) = (self.event.read(net), self.compiled.read(net));
+            assert_eq!(a, b, "{}: {} at {}", label(), self.netlist.net_name(net), self.event.now());
+        }
+        let (a, b) = (self.event.take_unknown_controls(), self.compiled.take_unknown_controls());
+        assert_eq!(a, b, "{}", label());
+        // of the nets that went away and came back, only the event engine tells
+        for net in self.compiled.changes() {
+            assert!(self.event.changes().contains(net), "{}: {}", label(), self.netlist.net_name(*net));
+        }
+        self.event.clear_changes();
+        self.compiled.clear_changes();
+        assert_eq!(self.event.next_event(), self.compiled.next_event(), "{}", label());
+    }
+}
+
+/// Advances without looking at what changes on the way.
+fn to(engine: &mut dyn Engine, tick: u64) -> Result<(), discreta::engine::Unsettled> {
+    while engine.advance(tick)? {}
+    Ok(())
+}
+
+fn random(seed: u64, totals: &mut [u64; 6]) {
+    let mut rng = Rng::new(seed);
+    let design = Design::ordered(&mut rng);
+    let netlist = design.build(&mut rng);
+    if let Err(why) = CompiledEngine::supports(&netlist) {
+        assert!(why.contains("feedback"), "seed {seed}: {why}");
+        totals[0] += 1;
+        return;
+    }
+    let all = rng.one_in(2);
+    let chunk = *rng.pick(&[1, 2, 5, 30, 1000]);
+    let mut pair = Pair::new(&netlist, chunk, |net| all || net.index() % 3 == 0);
+    let inputs: Vec<(NetId, u32, bool)> = (0..design.inputs)
+        .map(|i| {
+            let signal = netlist.find(&design.signals[i].0).unwrap();
+            (netlist.bits(signal)[0].net, design.signals[i].1, CLOCKS.contains(&i))
+        })
+        .collect();
+    if rng.one_in(2) {
+        let clock = Clock { period: 5, high: 2, phase: rng.below(3) };
+        pair.event.add_clock(inputs[0].0, clock);
+        pair.compiled.add_clock(inputs[0].0, clock);
+    }
+    let clocked = pair.event.next_event().is_some_and(|_| rng.one_in(2));
+    // how often a bit is x or z, and whether that stops after a while
+    let mut unknown = *rng.pick(&[u64::MAX, 200, 20, 6]);
+    for n in 0..60u64 {
+        let label = || format!("seed {seed}, chunks of {chunk}, step {n}");
+        if n == 20 && rng.one_in(2) {
+            unknown = u64::MAX;
+        }
+        for (i, &(net, width, is_clock)) in inputs.iter().enumerate() {
+            if n == 0 && !rng.one_in(8) {
+                pair.drive(net, &Value::from_u64(0, width));
+            } else if rng.one_in(2) && !(clocked && i == 0) {
+                let often = if is_clock { unknown.saturating_mul(10) } else { unknown };
+                pair.drive(net, &rng.four_valued(width, often));
+            }
+        }
+        if !pair.settle(&label) || rng.one_in(3) && !pair.run_to(n * 2, &label) {
+            totals[1] += 1;
+            return;
+        }
+        totals[2] += 1;
+    }
+    let report = pair.compiled.report();
+    totals[3] += report.known;
+    totals[4] += report.mixed;
+    totals[5] += report.four_valued;
+}
+
+#[test]
+fn random_netlists_are_the_same_on_both_engines() {
+    let seeds = 0..std::env::var("DISCRETA_SEEDS").ok().and_then(|s| s.parse().ok()).unwrap_or(300);
+    let mut totals = [0; 6];
+    for seed in seeds {
+        random(seed, &mut totals);
+    }
+    let [feedback, unsettled, steps, known, mixed, four_valued] = totals;
+    println!("{steps} steps; {feedback} with feedback left out, {unsettled} never settled");
+    println!("waves: {known} known, {mixed} mixed, {four_valued} four-valued");
+    assert!(steps > 5000 && known > 500 && four_valued > 500);
+}
