@@ -223,7 +223,7 @@ impl<'n> Simulator<'n> {
     /// How many net changes there have been.
     #[must_use]
     pub fn events(&self) -> u64 {
-        self.engine.events()
+        self.engine.net_changes()
     }
 
     /// Back to the state of a new simulator; clocks stay.

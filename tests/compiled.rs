@@ -6,7 +6,7 @@ mod support;
 
 use discreta::Value;
 use discreta::cell::Clock;
-use discreta::engine::{CompiledEngine, Engine, EventEngine};
+use discreta::engine::{CompiledEngine, Engine, EventEngine, Unsettled};
 use discreta::netlist::{NetId, Netlist};
 use discreta::value::Word;
 use support::Rng;
@@ -39,7 +39,7 @@ impl<'n> Pair<'n> {
     /// Whether both settle.
     fn settle(&mut self, label: &dyn Fn() -> String) -> bool {
         let (a, b) = (self.event.settle(), self.compiled.settle());
-        assert_eq!(a, b, "{}", label());
+        assert_eq!(sorted(a.clone()), sorted(b), "{}", label());
         self.compare(label);
         a.is_ok()
     }
@@ -48,7 +48,7 @@ impl<'n> Pair<'n> {
         for tick in self.event.now()..=until {
             loop {
                 let (a, b) = (to(&mut self.event, tick), to(&mut self.compiled, tick));
-                assert_eq!(a, b, "{}", label());
+                assert_eq!(sorted(a.clone()), sorted(b), "{}", label());
                 if a.is_err() {
                     return false;
                 }
@@ -79,17 +79,25 @@ impl<'n> Pair<'n> {
 }
 
 /// Advances without looking at what changes on the way.
-fn to(engine: &mut dyn Engine, tick: u64) -> Result<(), discreta::engine::Unsettled> {
+fn to(engine: &mut dyn Engine, tick: u64) -> Result<(), Unsettled> {
     while engine.advance(tick)? {}
     Ok(())
 }
 
+/// The nets of a loop are told in no order.
+fn sorted(result: Result<(), Unsettled>) -> Result<(), Unsettled> {
+    result.map_err(|mut e| {
+        e.nets.sort_unstable();
+        e
+    })
+}
+
 fn random(seed: u64, totals: &mut [u64; 6]) {
     let mut rng = Rng::new(seed);
-    let design = Design::ordered(&mut rng);
+    let design = if seed % 3 == 0 { Design::new(&mut rng) } else { Design::ordered(&mut rng) };
     let netlist = design.build(&mut rng);
     if let Err(why) = CompiledEngine::supports(&netlist) {
-        assert!(why.contains("feedback"), "seed {seed}: {why}");
+        assert!(["feedback", "delay"].iter().any(|w| why.contains(w)), "seed {seed}: {why}");
         totals[0] += 1;
         return;
     }
@@ -137,13 +145,14 @@ fn random(seed: u64, totals: &mut [u64; 6]) {
 
 #[test]
 fn random_netlists_are_the_same_on_both_engines() {
-    let seeds = 0..std::env::var("DISCRETA_SEEDS").ok().and_then(|s| s.parse().ok()).unwrap_or(300);
+    let first = std::env::var("FIRST").ok().and_then(|s| s.parse().ok()).unwrap_or(0);
+    let seeds = first..std::env::var("DISCRETA_SEEDS").ok().and_then(|s| s.parse().ok()).unwrap_or(300);
     let mut totals = [0; 6];
     for seed in seeds {
         random(seed, &mut totals);
     }
-    let [feedback, unsettled, steps, known, mixed, four_valued] = totals;
-    println!("{steps} steps; {feedback} with feedback left out, {unsettled} never settled");
+    let [left_out, unsettled, steps, known, mixed, four_valued] = totals;
+    println!("{steps} steps; {left_out} with delays or long loops left out, {unsettled} never settled");
     println!("waves: {known} known, {mixed} mixed, {four_valued} four-valued");
-    assert!(steps > 5000 && known > 500 && four_valued > 500);
+    assert!(first > 0 || steps > 5000 && known > 500 && four_valued > 500);
 }

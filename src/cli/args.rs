@@ -185,6 +185,9 @@ pub enum EngineChoice {
     Auto,
     /// The reference: every event, one by one.
     Event,
+    /// Machine code made for the circuit; an error where it cannot be (delays, combinational feedback).
+    #[cfg(feature = "compiled")]
+    Compiled,
 }
 
 /// What is done about an x at the clock, set, reset or enable of a storage cell.

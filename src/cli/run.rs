@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value as Json, json};
 
-use super::args::{ElaborationArgs, EngineArgs, Format, RunArgs, XControl};
+use super::args::{ElaborationArgs, EngineArgs, EngineChoice, Format, RunArgs, XControl};
 use super::monitor::{SAID, say};
 use super::prepare::{Changes, Prepared, cycles, prepare};
 use super::progress::Progress;
@@ -13,7 +13,9 @@ use super::{CliError, Out, Status, interrupt, timing};
 use crate::Value;
 use crate::circuit::{Limits, Loader};
 use crate::diag::{Code, Diagnostic, Diagnostics};
-use crate::engine::{EventEngine, Unsettled};
+#[cfg(feature = "compiled")]
+use crate::engine::CompiledEngine;
+use crate::engine::{Engine, EventEngine, Unsettled};
 use crate::netlist::{CellId, Driver, Netlist, SignalId};
 use crate::scenario::{Control, Found, Outcome, Rule, RunError, Stop};
 use crate::simulator::loop_nets;
@@ -47,9 +49,9 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
         sinks.0.push(VcdWriter::new(Box::new(Output::create(path)?)));
     }
     let sink: Option<&mut dyn Sink> = if sinks.0.is_empty() { None } else { Some(&mut sinks) };
-    let outcome = simulate(&prepared, &loader, &args.engine, sink, "running")?;
+    let (outcome, engine) = simulate(&prepared, &loader, &args.engine, sink, "running")?;
 
-    let report = Report { prepared: &prepared, loader: &loader, outcome: &outcome, files: &files };
+    let report = Report { prepared: &prepared, loader: &loader, outcome: &outcome, engine: &engine, files: &files };
     report.warnings(args.verbose);
     // a waveform on standard output has it to itself
     if files.iter().any(|o| o.as_os_str() == "-") {
@@ -148,17 +150,40 @@ impl Sink for Sinks {
     }
 }
 
-/// Runs a scenario on the engine that the options choose, with progress.
+/// The engine that the options choose, and why it is not the faster one.
+fn choose<'n>(netlist: &'n Netlist, choice: EngineChoice) -> Result<(Box<dyn Engine + 'n>, Option<String>), CliError> {
+    let event = || Box::new(EventEngine::new(netlist));
+    #[cfg(feature = "compiled")]
+    match choice {
+        EngineChoice::Event => Ok((event(), None)),
+        EngineChoice::Auto => match CompiledEngine::new(netlist) {
+            Ok(engine) => Ok((Box::new(engine), None)),
+            Err(why) => Ok((event(), Some(format!("not compiled: {why}")))),
+        },
+        EngineChoice::Compiled => match CompiledEngine::new(netlist) {
+            Ok(engine) => Ok((Box::new(engine), None)),
+            Err(why) => Err(CliError::usage(format!("the circuit cannot be compiled: {why}"))
+                .with_hint("leave out --engine, or give --engine event: the results are the same")),
+        },
+    }
+    #[cfg(not(feature = "compiled"))]
+    match choice {
+        EngineChoice::Event => Ok((event(), None)),
+        EngineChoice::Auto => Ok((event(), Some("this program was built without the compiled engine".to_owned()))),
+    }
+}
+
+/// Runs a scenario on the engine that the options choose, with progress. Also what there is to tell of the engine.
 pub(super) fn simulate(
     prepared: &Prepared,
     loader: &Loader,
     options: &EngineArgs,
     sink: Option<&mut dyn Sink>,
     label: &str,
-) -> Result<Outcome, CliError> {
+) -> Result<(Outcome, String), CliError> {
     let Prepared { circuit, scenario, .. } = prepared;
     let netlist = &circuit.netlist;
-    let mut engine = EventEngine::new(netlist);
+    let (mut engine, why) = choose(netlist, options.engine)?;
     let total = (scenario.limit != u64::MAX).then_some(scenario.limit);
     let mut progress = Progress::new(label, "ticks", total);
     let mut asked = 0u32;
@@ -177,9 +202,11 @@ pub(super) fn simulate(
         progress: &mut tell,
         unknown_control_ends: options.x_control == XControl::Error,
     };
-    let outcome = crate::scenario::run(netlist, scenario, &mut engine, sink, &mut control);
+    let outcome = crate::scenario::run(netlist, scenario, &mut *engine, sink, &mut control);
     progress.clear();
-    outcome.map_err(|e| match e {
+    let why = why.map_or_else(String::new, |why| format!("; {why}"));
+    let told = format!("{}{why}", engine.summary());
+    outcome.map(|outcome| (outcome, told)).map_err(|e| match e {
         RunError::Unsettled(u) => {
             let mut told = Diagnostics::new();
             told.push(unsettled(prepared, &u));
@@ -239,6 +266,8 @@ pub(super) struct Report<'a> {
     pub prepared: &'a Prepared,
     pub loader: &'a Loader,
     pub outcome: &'a Outcome,
+    /// Which engine ran, and how.
+    pub engine: &'a str,
     pub files: &'a [PathBuf],
 }
 
@@ -311,12 +340,7 @@ impl Report<'_> {
             text += &format!("  {line}\n");
         }
         if verbose {
-            text += &format!(
-                "  engine event, {} cells, {} nets, {} net changes\n",
-                netlist.cells().len(),
-                netlist.nets().len(),
-                self.outcome.events
-            );
+            text += &format!("  {} cells, {} nets\n  {}\n", netlist.cells().len(), netlist.nets().len(), self.engine);
         }
         for file in self.files {
             text += &format!("  wrote {}\n", file.display());
@@ -477,6 +501,7 @@ impl Report<'_> {
             "assertions_failed": self.outcome.assertions_failed,
             "uncovered": self.outcome.uncovered.iter().map(|&i| &self.prepared.scenario.monitors[i].name).collect::<Vec<_>>(),
             "events": self.outcome.events,
+            "engine": self.engine,
             "files": self.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>(),
         })
     }

@@ -119,15 +119,15 @@ fn one(path: &Path, args: &TestArgs) -> Result<Verdict, CliError> {
     };
     let mut waveform = Vec::new();
     let mut sink = VcdWriter::new(&mut waveform);
-    let outcome =
+    let (outcome, engine) =
         match simulate(&prepared, &loader, &args.engine, Some(&mut sink as &mut dyn Sink), &path.display().to_string())
         {
-            Ok(outcome) => outcome,
+            Ok(done) => done,
             Err(CliError::Input(text)) => return Ok(Verdict::Broken(text)),
             Err(e) => return Err(e),
         };
     drop(sink);
-    let report = Report { prepared: &prepared, loader: &loader, outcome: &outcome, files: &[] };
+    let report = Report { prepared: &prepared, loader: &loader, outcome: &outcome, engine: &engine, files: &[] };
     if report.status() == Status::Failed {
         let mut text = rendered(&report.diagnostics(), &loader);
         text += &report.text(false);

@@ -87,6 +87,9 @@ pub trait Engine: fmt::Debug {
     /// The x and z that have reached controls since the last call, each cell once in its life.
     fn take_unknown_controls(&mut self) -> Vec<UnknownControl>;
 
-    /// How many net changes there have been.
-    fn events(&self) -> u64;
+    /// How many net changes there have been, if the engine counts them.
+    fn events(&self) -> Option<u64>;
+
+    /// Which engine it is and how it has gone, in a line for people.
+    fn summary(&self) -> String;
 }

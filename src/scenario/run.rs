@@ -60,8 +60,8 @@ pub struct Outcome {
     pub stop: Stop,
     /// The last tick.
     pub time: u64,
-    /// Net changes.
-    pub events: u64,
+    /// Net changes, if the engine counts them.
+    pub events: Option<u64>,
     /// Expectations that did not come true.
     pub failures: Vec<Failure>,
     /// How the timing checks went, in the order of the scenario.
@@ -279,7 +279,7 @@ pub fn run(
     let mut outcome = Outcome {
         stop: Stop::Limit,
         time: 0,
-        events: 0,
+        events: None,
         failures: Vec::new(),
         checks: Vec::new(),
         unknown_controls: Vec::new(),

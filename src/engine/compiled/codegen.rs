@@ -8,8 +8,9 @@ use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{Linkage, Module, default_libcall_names};
 
+use super::fuse::Tick;
 use super::graph::{Graph, Id, Map, Op};
-use super::machine::Machine;
+use super::machine::{Circle, Machine};
 use super::plan::{Chunk, Half, Plan};
 
 /// Where the generated code finds what it shares with the engine, in halves of slots.
@@ -67,7 +68,8 @@ pub(super) fn compile(graph: &Graph, plan: &Plan, shared: Shared) -> Result<Mach
         builder.seal_block(block);
         let base = builder.block_params(block)[0];
         let mut emit = Emit { graph, plan, builder: &mut builder, base, values: Map::default(), flags: Map::default() };
-        emit.chunk(chunk, shared);
+        emit.nodes(chunk);
+        emit.stores(number as u32, chunk, shared);
         builder.ins().return_(&[]);
         builder.finalize();
         let id = module
@@ -80,6 +82,66 @@ pub(super) fn compile(graph: &Graph, plan: &Plan, shared: Shared) -> Result<Mach
     module.finalize_definitions().map_err(|e| e.to_string())?;
     let functions: Vec<*const u8> = ids.iter().map(|&id| module.get_finalized_function(id)).collect();
     Ok(Machine::new(module, functions))
+}
+
+/// Compiles ticks that follow each other in a circle. The code leaves it where an observed net has changed, or state that
+/// was taken to be known is not.
+pub(super) fn compile_circle(ticks: &[&Tick], shared: Shared) -> Result<Circle, String> {
+    let mut module = module()?;
+    let mut signature = Signature::new(module.target_config().default_call_conv);
+    signature.params.extend([AbiParam::new(types::I64), AbiParam::new(types::I64)]);
+    signature.returns.push(AbiParam::new(types::I64));
+    let mut context = module.make_context();
+    let mut builders = FunctionBuilderContext::new();
+    context.func.signature = signature.clone();
+    let mut builder = FunctionBuilder::new(&mut context.func, &mut builders);
+    let (entry, header, exit) = (builder.create_block(), builder.create_block(), builder.create_block());
+    builder.append_block_params_for_function_params(entry);
+    let rounds = builder.append_block_param(header, types::I64);
+    let left = builder.append_block_param(exit, types::I64);
+    builder.switch_to_block(entry);
+    builder.seal_block(entry);
+    let (base, most) = (builder.block_params(entry)[0], builder.block_params(entry)[1]);
+    builder.ins().jump(header, &[most.into()]);
+    builder.switch_to_block(header);
+    let plan = Plan::default();
+    let count = ticks.len() as i64;
+    for (number, tick) in (1..).zip(ticks) {
+        let mut emit = Emit {
+            graph: &tick.graph,
+            plan: &plan,
+            builder: &mut builder,
+            base,
+            values: Map::default(),
+            flags: Map::default(),
+        };
+        let leave = |emit: &mut Emit<'_, '_>, flags: Option<Value>, made: i64| {
+            let Some(flags) = flags else { return };
+            let all = emit.builder.ins().imul_imm(rounds, count);
+            let rest = emit.builder.ins().iadd_imm(all, -made);
+            let on = emit.builder.create_block();
+            emit.builder.ins().brif(flags, exit, &[rest.into()], on, &[]);
+            emit.builder.seal_block(on);
+            emit.builder.switch_to_block(on);
+        };
+        let aborts = emit.nodes(&tick.chunk);
+        leave(&mut emit, aborts, number - 1);
+        let news = emit.stores(0, &tick.chunk, shared);
+        leave(&mut emit, news, number);
+    }
+    let rest = builder.ins().iadd_imm(rounds, -1);
+    builder.ins().brif(rest, header, &[rest.into()], exit, &[rest.into()]);
+    builder.seal_block(header);
+    builder.seal_block(exit);
+    builder.switch_to_block(exit);
+    builder.ins().return_(&[left]);
+    builder.finalize();
+    let id = module.declare_function("circle", Linkage::Local, &signature).map_err(|e| e.to_string())?;
+    module.define_function(id, &mut context).map_err(|e| format!("{e:?}"))?;
+    module.clear_context(&mut context);
+    module.finalize_definitions().map_err(|e| e.to_string())?;
+    let function = module.get_finalized_function(id);
+    Ok(Circle::new(module, function, ticks.len() as u64))
 }
 
 struct Emit<'a, 'b> {
@@ -97,10 +159,18 @@ fn trusted() -> MemFlags {
 }
 
 impl Emit<'_, '_> {
-    fn chunk(&mut self, chunk: &Chunk, shared: Shared) {
+    /// Emits the operations of a chunk; returns what is not 0 where it must not go on, if that can be.
+    fn nodes(&mut self, chunk: &Chunk) -> Option<Value> {
         for &node in &chunk.nodes {
             self.node(node);
         }
+        let aborts: Vec<Value> = chunk.aborts.iter().map(|&a| self.value(a)).collect();
+        aborts.into_iter().reduce(|a, b| self.builder.ins().bor(a, b))
+    }
+
+    /// Emits what a chunk stores; returns what is not 0 where an observed net has changed or the alarm is raised, if
+    /// either can be.
+    fn stores(&mut self, number: u32, chunk: &Chunk, shared: Shared) -> Option<Value> {
         // all that is read is read before anything is stored
         let values: Vec<Value> = chunk.stores.iter().map(|s| self.value(s.node)).collect();
         let mut alarm: Option<Value> = None;
@@ -110,6 +180,14 @@ impl Emit<'_, '_> {
             let offset = offset(store.half);
             if store.alarm {
                 alarm = Some(alarm.map_or(value, |a| self.builder.ins().bor(a, value)));
+            }
+            if store.again {
+                let (word, bit) = dirty_bit(self.plan.settling, number);
+                let none = self.builder.ins().iconst(types::I64, 0);
+                let some = self.builder.ins().iconst(types::I64, bit as i64);
+                let mark = self.builder.ins().select(value, some, none);
+                let joined = dirty.get(&word).map_or(mark, |&b| self.builder.ins().bor(b, mark));
+                dirty.insert(word, joined);
             }
             if !store.compared {
                 self.builder.ins().store(trusted(), value, self.base, offset);
@@ -137,6 +215,10 @@ impl Emit<'_, '_> {
                 all.insert(word, joined);
             }
         }
+        let news = changed.values().copied().chain(alarm);
+        let mut news: Vec<Value> = news.collect();
+        news.sort_unstable();
+        let news = news.into_iter().reduce(|a, b| self.builder.ins().bor(a, b));
         let mut marks: Vec<(Half, Value)> = Vec::new();
         marks.extend(alarm.map(|value| (shared.alarm, value)));
         marks.extend(dirty.into_iter().map(|(word, value)| (shared.dirty + word, value)));
@@ -147,6 +229,7 @@ impl Emit<'_, '_> {
             let new = self.builder.ins().bor(old, value);
             self.builder.ins().store(trusted(), new, self.base, offset(half));
         }
+        news
     }
 
     /// A node's value, brought from memory if another chunk computes it.

@@ -1,8 +1,10 @@
 //! Forms of a circuit in machine code: the four-valued one, and those for which some or all of the state is known.
 
 use super::codegen::{self, Shared, dirty_bit};
-use super::lower::{Lowered, lower};
-use super::machine::Machine;
+use super::fuse::{Source, Tick, fuse};
+use super::graph::Map;
+use super::lower::{Level, Lowered, lower};
+use super::machine::{Circle, Machine};
 use super::plan::{Half, Root, plan};
 use super::wiring::{StatePlaces, Wiring};
 use crate::netlist::{NetId, Netlist};
@@ -14,11 +16,28 @@ const CHUNK: usize = 160;
 #[derive(Debug)]
 pub(super) struct Wanted<'w> {
     pub wiring: &'w Wiring,
-    /// Nets whose values are kept, and the bits by which changes of those that are observed are told.
-    pub kept: &'w [(NetId, Option<u32>)],
+    /// Nets whose values may have to be kept.
+    pub kept: &'w [Kept],
     pub shared: Shared,
     /// Nodes in a chunk, at most.
     pub chunk: usize,
+}
+
+/// A net whose value is kept in memory.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kept {
+    pub net: NetId,
+    /// The bit that tells of a change, if it is observed.
+    pub observed: Option<u32>,
+    /// Whether it is kept in any form, not only where it is a control that may be unknown.
+    pub always: bool,
+}
+
+/// The ticks of one input in machine code: to 1, to 0, and the two in a circle.
+#[derive(Debug)]
+pub(super) struct Ticks {
+    pub single: [Circle; 2],
+    pub circle: Circle,
 }
 
 /// One form.
@@ -38,9 +57,19 @@ pub(super) struct Form {
     pub unknown: Option<Vec<u32>>,
     /// Numbers of the control bits that may be unknown.
     pub doubtful: Vec<u32>,
-    /// Nodes of the graph, for reports.
-    pub nodes: usize,
+    /// For each net whether it is kept.
+    pub keeps: Vec<bool>,
+    /// What ticks are made from, if it is small enough, and those that have been made; none where one cannot be.
+    lowered: Option<Lowered>,
+    ticks: Map<u32, Option<Ticks>>,
+    /// The loop that is stepped in each settling chunk, if one is.
+    pub groups: Vec<Option<u32>>,
+    /// How many waves have run in this form.
+    pub waves: u64,
 }
+
+/// Nodes up to which ticks are made in one piece.
+const FUSED: usize = 24_000;
 
 impl Form {
     /// Compiles a form in which `unknown` slots of state, or all, may hold x or z. `end` is how many slots of memory are
@@ -49,12 +78,15 @@ impl Form {
         let may = |slot: u32| unknown.as_ref().is_none_or(|list| list.binary_search(&slot).is_ok());
         let lowered = lower(netlist, &StatePlaces { wiring: w.wiring, unknown: &may });
         let graph = &lowered.graph;
-        let (settling, sampled) = roots(&lowered, w, &may);
         let doubtful = w.wiring.controls.iter().enumerate().filter(|(_, (bit, _))| {
             let word = lowered.nets[bit.net.index()][bit.lo as usize / 64];
             !graph.is(word.u, 0)
         });
-        let doubtful = doubtful.map(|(i, _)| i as u32).collect();
+        let doubtful: Vec<u32> = doubtful.map(|(i, _)| i as u32).collect();
+        let mut keeps = vec![false; lowered.nets.len()];
+        w.kept.iter().for_each(|k| keeps[k.net.index()] |= k.always);
+        doubtful.iter().for_each(|&i| keeps[w.wiring.controls[i as usize].0.net.index()] = true);
+        let (settling, sampled) = roots(&lowered, w, &may, &keeps);
         let mut spare: Option<Half> = None;
         let fresh = || {
             spare.take().unwrap_or_else(|| {
@@ -86,7 +118,7 @@ impl Form {
         }
         let first_leaf = w.wiring.leaves.start;
         let constants = plan.constants.iter().map(|(root, n)| (root.half, *n, root.observed)).collect();
-        let nodes = plan.chunks.iter().map(|c| c.nodes.len()).sum();
+        let small = unknown.is_some() && graph.len() <= FUSED;
         Ok(Form {
             machine,
             settling: plan.settling,
@@ -97,7 +129,11 @@ impl Form {
             constants,
             unknown,
             doubtful,
-            nodes,
+            keeps,
+            lowered: small.then_some(lowered),
+            ticks: Map::default(),
+            groups: plan.chunks.iter().map(|c| c.group).collect(),
+            waves: 0,
         })
     }
 
@@ -113,6 +149,31 @@ impl Form {
         self.unknown.as_ref().is_none_or(|list| list.binary_search(&slot).is_ok())
     }
 
+    /// The ticks of an input, in machine code; made when they are first asked for.
+    pub fn ticks(&mut self, w: &Wanted<'_>, input: u32) -> Option<&Ticks> {
+        if !self.ticks.contains_key(&input) {
+            let made = self.make_ticks(w, input);
+            self.ticks.insert(input, made);
+        }
+        self.ticks[&input].as_ref()
+    }
+
+    fn make_ticks(&self, w: &Wanted<'_>, input: u32) -> Option<Ticks> {
+        let lowered = self.lowered.as_ref()?;
+        let kept: Vec<(NetId, Option<u32>)> =
+            w.kept.iter().filter(|k| self.keeps[k.net.index()]).map(|k| (k.net, k.observed)).collect();
+        let allows = |slot| self.allows(slot);
+        let tick = |level| fuse(&Source { lowered, wiring: w.wiring, kept: &kept, allows: &allows, input, level });
+        let (up, down) = (tick(true)?, tick(false)?);
+        let make = |ticks: &[&Tick]| codegen::compile_circle(ticks, w.shared).ok();
+        Some(Ticks { single: [make(&[&down])?, make(&[&up])?], circle: make(&[&up, &down])? })
+    }
+
+    /// Does without the ticks of an input.
+    pub fn forget_ticks(&mut self, input: u32) {
+        self.ticks.insert(input, None);
+    }
+
     /// Whether all of the state may be unknown.
     pub fn is_general(&self) -> bool {
         self.unknown.is_none()
@@ -122,30 +183,51 @@ impl Form {
 pub(super) const DEFAULT_CHUNK: usize = CHUNK;
 
 /// What is wanted in memory once settled, and before an edge.
-fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(u32) -> bool) -> (Vec<Root>, Vec<Root>) {
+fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(u32) -> bool, keeps: &[bool]) -> (Vec<Root>, Vec<Root>) {
     let (mut settling, mut sampled) = (Vec::new(), Vec::new());
     let mut observed = vec![None; l.nets.len()];
-    for &(net, bit) in w.kept {
-        observed[net.index()] = bit;
+    for k in w.kept {
+        observed[k.net.index()] = k.observed;
     }
     let mut is_level = vec![false; l.nets.len()];
-    for (net, value) in &l.levels {
+    for (number, Level { net, value, group, .. }) in l.levels.iter().enumerate() {
         is_level[net.index()] = true;
         let slot = w.wiring.slot[net.index()].expect("state has a place");
         for (i, two) in (0..).zip(value) {
             let (slot, observed) = (slot + i, observed[net.index()]);
-            let root = Root { node: two.v, half: 2 * slot, observed, alarm: false, shared: false };
+            let root = Root {
+                node: two.v,
+                half: 2 * slot,
+                observed,
+                alarm: false,
+                shared: false,
+                group: *group,
+                again: false,
+            };
             settling.push(root);
             settling.push(Root { node: two.u, half: 2 * slot + 1, alarm: !may(slot), ..root });
         }
+        if let Some(group) = group.filter(|_| l.levels.get(number + 1).is_none_or(|next| next.group != *group)) {
+            let (node, half) = (l.unsettled[group as usize], 2 * w.wiring.unsettled[group as usize]);
+            let (observed, group) = (None, Some(group));
+            settling.push(Root { node, half, observed, alarm: false, shared: false, group, again: true });
+        }
     }
-    for &(net, bit) in w.kept {
+    for &Kept { net, observed: bit, .. } in w.kept.iter().filter(|k| keeps[k.net.index()]) {
         let slot = w.wiring.slot[net.index()].expect("what is kept has a place");
         if is_level[net.index()] || w.wiring.leaves.contains(&slot) {
             continue;
         }
         for (i, two) in (0..).zip(&l.nets[net.index()]) {
-            let root = Root { node: two.v, half: 2 * (slot + i), observed: bit, alarm: false, shared: true };
+            let root = Root {
+                node: two.v,
+                half: 2 * (slot + i),
+                observed: bit,
+                alarm: false,
+                shared: true,
+                group: None,
+                again: false,
+            };
             settling.push(root);
             settling.push(Root { node: two.u, half: 2 * (slot + i) + 1, ..root });
         }
@@ -153,7 +235,15 @@ fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(u32) -> bool) -> (Vec<Root>, 
     for (next, stored) in l.next.iter().zip(&w.wiring.stored) {
         debug_assert_eq!((next.cell, next.value.len()), (stored.cell, stored.words as usize));
         for (i, two) in (0..).zip(&next.value) {
-            let root = Root { node: two.v, half: 2 * (stored.stage + i), observed: None, alarm: false, shared: false };
+            let root = Root {
+                node: two.v,
+                half: 2 * (stored.stage + i),
+                observed: None,
+                alarm: false,
+                shared: false,
+                group: None,
+                again: false,
+            };
             sampled.push(root);
             sampled.push(Root { node: two.u, half: 2 * (stored.stage + i) + 1, ..root });
         }

@@ -4,8 +4,8 @@
 //! constant 0 is for the graph to make use of.
 
 use super::graph::{Graph, Id};
-use crate::cell::{AddOp, Alu, CellKind, CompareOp, DivideOp, Flop, GateOp, ShiftOp};
-use crate::netlist::{CellId, Constants, NetId, Netlist, Slice};
+use crate::cell::{AddOp, Alu, CellKind, CompareOp, DivideOp, Flop, GateOp, Role, ShiftOp};
+use crate::netlist::{CellId, Constants, Driver, NetId, Netlist, Slice};
 use crate::value::Word;
 use crate::value::word::{mask, word_mask, words};
 
@@ -27,11 +27,22 @@ pub(super) trait Places {
     fn may_be_unknown(&self, slot: u32) -> bool;
 }
 
+/// State that asynchronous controls may change at once.
+#[derive(Debug)]
+pub(super) struct Level {
+    pub net: NetId,
+    /// What it becomes.
+    pub value: Bits,
+    /// The controls and the data on which that depends beside the state itself.
+    pub needs: Vec<Id>,
+    /// For a net of a loop the number of the loop.
+    pub group: Option<u32>,
+}
+
 /// What a storage cell takes at its active edge.
 #[derive(Debug)]
 pub(super) struct Next {
     pub cell: CellId,
-    pub net: NetId,
     pub value: Bits,
 }
 
@@ -41,8 +52,10 @@ pub(super) struct Lowered {
     pub graph: Graph,
     /// For each net its words; empty where the netlist was not lowered up to it.
     pub nets: Vec<Bits>,
-    /// State that asynchronous controls may change at once: the net, and what it becomes.
-    pub levels: Vec<(NetId, Bits)>,
+    /// State that asynchronous controls may change at once.
+    pub levels: Vec<Level>,
+    /// For each loop a node that is not 0 where it has not settled after the steps that are followed.
+    pub unsettled: Vec<Id>,
     pub next: Vec<Next>,
 }
 
@@ -73,30 +86,41 @@ struct Lower<'n, P> {
     out: Lowered,
 }
 
-/// Lowers a netlist without feedback, every cell of which is supported.
+/// Cells of a loop up to which it is compiled.
+pub(super) const LOOP: usize = 16;
+
+/// Lowers a netlist, every cell of which is supported.
 pub(super) fn lower(netlist: &Netlist, places: &impl Places) -> Lowered {
     let out = Lowered { nets: vec![Vec::new(); netlist.nets().len()], ..Lowered::default() };
     let mut l = Lower { netlist, constants: netlist.constants(), places, out };
     for net in netlist.net_ids() {
         let state = match netlist.net(net).driver {
-            crate::netlist::Driver::Input(_) => true,
-            crate::netlist::Driver::Cell(cell, 0) => {
+            Driver::Input(_) => true,
+            Driver::Cell(cell, 0) => {
                 let kind = &netlist.cell(cell).kind;
                 kind.init().is_some() || matches!(kind, CellKind::Clock(_))
             }
-            crate::netlist::Driver::Cell(..) => false,
+            Driver::Cell(..) => false,
         };
         if state {
             l.out.nets[net.index()] = l.state(net);
         }
     }
-    for &cell in &netlist.order().sequence {
-        l.cell(cell);
+    let order = netlist.order();
+    let mut groups = order.groups.iter().peekable();
+    for (at, &cell) in order.sequence.iter().enumerate() {
+        match groups.peek() {
+            Some(group) if group.end == at + 1 => {
+                l.feedback(&order.sequence[(*group).clone()]);
+                groups.next();
+            }
+            Some(group) if group.start <= at => {}
+            _ => l.cell(cell),
+        }
     }
     for cell in netlist.cell_ids() {
         if netlist.cell(cell).kind.edge().is_some() {
-            let (net, value) = (netlist.output(cell, 0), l.next(cell));
-            l.out.next.push(Next { cell, net, value });
+            l.next(cell);
         }
     }
     l.out
@@ -459,6 +483,65 @@ impl<P: Places> Lower<'_, P> {
         }
     }
 
+    /// Cells that read each other in a circle, stepped: in each step all compute from the values before it. What they had
+    /// is state, so that the steps go on from there.
+    fn feedback(&mut self, cells: &[CellId]) {
+        let netlist = self.netlist;
+        let outputs: Vec<NetId> = cells
+            .iter()
+            .flat_map(|&c| (0..netlist.cell(c).kind.outputs().len()).map(move |pin| netlist.output(c, pin)))
+            .collect();
+        for &net in &outputs {
+            self.out.nets[net.index()] = self.state(net);
+        }
+        let mut needs = Vec::new();
+        for &cell in cells {
+            for pin in 0..netlist.cell(cell).kind.inputs().len() {
+                for s in netlist.input(cell, pin).iter().filter(|s| !outputs.contains(&s.net)) {
+                    needs.extend(self.out.nets[s.net.index()].iter().flat_map(|two| [two.v, two.u]));
+                }
+            }
+        }
+        let levels = self.out.levels.len();
+        for _ in 0..=cells.len() {
+            let new = self.step(cells, &outputs);
+            outputs.iter().zip(new).for_each(|(net, value)| self.out.nets[net.index()] = value);
+        }
+        let beyond = self.step(cells, &outputs);
+        let mut differs = self.out.graph.constant(0);
+        for (net, new) in outputs.iter().zip(beyond) {
+            for (i, new) in new.into_iter().enumerate() {
+                let (g, old) = (&mut self.out.graph, self.out.nets[net.index()][i]);
+                let (v, u) = (g.xor(old.v, new.v), g.xor(old.u, new.u));
+                differs = g.or(differs, v);
+                differs = g.or(differs, u);
+            }
+        }
+        self.out.levels.truncate(levels);
+        let group = Some(self.out.unsettled.len() as u32);
+        let differs = self.out.graph.any(differs);
+        self.out.unsettled.push(differs);
+        for &net in &outputs {
+            let value = self.out.nets[net.index()].clone();
+            self.out.levels.push(Level { net, value, needs: needs.clone(), group });
+        }
+    }
+
+    /// What the nets of a loop become in a step.
+    fn step(&mut self, cells: &[CellId], outputs: &[NetId]) -> Vec<Bits> {
+        let before: Vec<Bits> = outputs.iter().map(|net| self.out.nets[net.index()].clone()).collect();
+        let mut new = Vec::new();
+        for &cell in cells {
+            self.cell(cell);
+            for pin in 0..self.netlist.cell(cell).kind.outputs().len() {
+                let net = self.netlist.output(cell, pin).index();
+                new.push(self.out.nets[net].clone());
+            }
+            outputs.iter().zip(&before).for_each(|(net, old)| self.out.nets[net.index()].clone_from(old));
+        }
+        new
+    }
+
     /// A gate of one bit, of inputs that may lie together in words.
     fn gate_of_bits(&mut self, op: GateOp, slices: &[Slice], inputs: u32) -> Two {
         if inputs == 1 {
@@ -519,7 +602,14 @@ impl<P: Places> Lower<'_, P> {
             _ => {}
         }
         if q != before {
-            self.out.levels.push((net, q.clone()));
+            let pins = (0..kind.inputs().len()).filter(|&pin| match (kind, pin) {
+                (CellKind::Flop(_) | CellKind::Counter(_), 1) => self.acts(cell, 2),
+                (CellKind::Latch(_), 1) => true,
+                _ => kind.inputs()[pin].role == Role::Level,
+            });
+            let pins: Vec<usize> = pins.collect();
+            let needs = pins.into_iter().flat_map(|pin| self.pin(cell, pin)).flat_map(|two| [two.v, two.u]).collect();
+            self.out.levels.push(Level { net, value: q.clone(), needs, group: None });
         }
         let derived = match kind {
             CellKind::Counter(_) => {
@@ -576,7 +666,7 @@ impl<P: Places> Lower<'_, P> {
     }
 
     /// What a clocked cell takes at its edge.
-    fn next(&mut self, cell: CellId) -> Bits {
+    fn next(&mut self, cell: CellId) {
         let netlist = self.netlist;
         let kind = &netlist.cell(cell).kind;
         let mut q = self.out.nets[netlist.output(cell, 0).index()].clone();
@@ -624,7 +714,7 @@ impl<P: Places> Lower<'_, P> {
             }
             _ => {}
         }
-        q
+        self.out.next.push(Next { cell, value: q });
     }
 }
 
@@ -882,7 +972,7 @@ fn shift(g: &mut Graph, op: ShiftOp, (a_width, b_width, width): (u32, u32, u32),
     // how far to the left and to the right, and whether that is within a word
     let (left_by, right_by) = if op == ShiftOp::Left { (b.v, zero) } else { (minus, number) };
     let (left_fits, right_fits) = (g.less(left_by, limit), g.less(right_by, limit));
-    let mut moved = |g: &mut Graph, a: Id| {
+    let moved = |g: &mut Graph, a: Id| {
         let left = |g: &mut Graph| {
             let y = g.shl_by(a, left_by);
             g.select(left_fits, y, zero)

@@ -12,11 +12,13 @@
 
 mod codegen;
 mod form;
+mod fuse;
 mod graph;
 mod lower;
 mod machine;
 mod peek;
 mod plan;
+mod steps;
 mod wiring;
 
 use super::{Engine, UnknownControl, Unsettled};
@@ -26,12 +28,19 @@ use crate::value::Word;
 use crate::value::word::words;
 
 use codegen::Shared;
-use form::{DEFAULT_CHUNK, Form, Wanted};
+use form::{DEFAULT_CHUNK, Form, Kept, Wanted};
 use peek::Peeked;
+use steps::Steps;
 use wiring::Wiring;
 
 /// Rounds of clock edges within one wave after which it counts as endless, as in the event engine.
 const ENDLESS: usize = 1_000_008;
+/// Ticks that were left before they did anything after which they are no longer tried.
+const ABORTS: u32 = 64;
+/// Runs of a loop's chunk after which it is looked at step by step.
+const STEPS_COMPILED: u32 = 64;
+/// Waves in a form after which ticks are made in one piece.
+const WARM: u64 = 16;
 /// Waves in the four-valued form after which one is made that takes all to be known that is.
 const PATIENCE: u64 = 64;
 const NEVER: u64 = u64::MAX;
@@ -42,7 +51,7 @@ pub struct CompiledEngine<'n> {
     netlist: &'n Netlist,
     wiring: Wiring,
     memory: Vec<Word>,
-    kept: Vec<(NetId, Option<u32>)>,
+    kept: Vec<Kept>,
     observed: Vec<Option<u32>>,
     observed_nets: Vec<NetId>,
     /// Where the bits of observed nets that have changed begin; set when a form is made.
@@ -51,6 +60,14 @@ pub struct CompiledEngine<'n> {
     current: Option<usize>,
     /// The state holds what the current form takes to be known, and is not.
     alarmed: bool,
+    /// Ticks in one piece have run, which do not keep what chunks leave each other.
+    stale: bool,
+    /// An input of one bit that changes at the next wave.
+    pending: Option<(u32, bool)>,
+    /// How often in turn a tick could not be made in one piece.
+    aborted: u32,
+    /// Something has been written since the last wave.
+    touched: bool,
     chunk: usize,
     watches: Vec<Watch>,
     /// Slot and shift of each clock pin and of each control bit.
@@ -63,6 +80,11 @@ pub struct CompiledEngine<'n> {
     changes: Vec<NetId>,
     listed: Vec<bool>,
     peeked: Peeked,
+    /// How often the chunk of each loop has run since all was settled.
+    loop_runs: Vec<u32>,
+    steps: Steps,
+    /// Nets of loops that never settle.
+    endless: Vec<NetId>,
     clocks: Vec<Source>,
     next_clock: u64,
     now: u64,
@@ -109,8 +131,10 @@ impl<'n> CompiledEngine<'n> {
     /// # Errors
     /// What the netlist has that is not compiled.
     pub fn supports(netlist: &Netlist) -> Result<(), String> {
-        if !netlist.order().groups.is_empty() {
-            return Err("it has combinational feedback".to_owned());
+        let order = netlist.order();
+        if let Some(group) = order.groups.iter().find(|g| g.len() > lower::LOOP) {
+            let first = netlist.cell_path(order.sequence[group.start]);
+            return Err(format!("it has combinational feedback through {} cells (`{first}` …)", group.len()));
         }
         for id in netlist.cell_ids() {
             if let Some(what) = lower::unsupported(&netlist.cell(id).kind) {
@@ -158,6 +182,10 @@ impl<'n> CompiledEngine<'n> {
             forms: Vec::new(),
             current: None,
             alarmed: false,
+            stale: false,
+            pending: None,
+            aborted: 0,
+            touched: true,
             chunk,
             watches,
             pin_places: Vec::new(),
@@ -169,6 +197,9 @@ impl<'n> CompiledEngine<'n> {
             changes: Vec::new(),
             listed: vec![false; netlist.nets().len()],
             peeked: Peeked::new(netlist.nets().len()),
+            loop_runs: vec![0; wiring.loops.len()],
+            steps: Steps::default(),
+            endless: Vec::new(),
             clocks: Vec::new(),
             next_clock: NEVER,
             now: 0,
@@ -195,19 +226,18 @@ impl<'n> CompiledEngine<'n> {
 
     /// What is kept in memory: clock pins, controls, observed nets. Code made for other nets goes.
     fn prepare(&mut self) {
-        let mut bits = vec![None; self.netlist.nets().len()];
-        let mut nets: Vec<NetId> = Vec::new();
-        let controls = self.wiring.controls.iter().map(|c| c.0.net);
-        let pins = self.wiring.pins.iter().map(|p| p.bit.net);
-        let mut seen = vec![false; bits.len()];
-        for net in self.observed_nets.iter().copied().chain(pins).chain(controls) {
+        let observed = self.observed_nets.iter().map(|&net| (net, true));
+        let pins = self.wiring.pins.iter().map(|p| (p.bit.net, true));
+        let controls = self.wiring.controls.iter().map(|c| (c.0.net, false));
+        let mut nets: Vec<(NetId, bool)> = Vec::new();
+        let mut seen = vec![false; self.netlist.nets().len()];
+        for (net, always) in observed.chain(pins).chain(controls) {
             if !std::mem::replace(&mut seen[net.index()], true) {
-                nets.push(net);
+                nets.push((net, always));
             }
-            bits[net.index()] = self.observed[net.index()];
         }
         // places of what was kept before stay; those of old code are not used again
-        for &net in &nets {
+        for &(net, _) in &nets {
             if self.wiring.slot[net.index()].is_none() {
                 let slot = self.memory.len() as u32;
                 self.memory.extend(wiring::initial(self.netlist, net));
@@ -216,7 +246,8 @@ impl<'n> CompiledEngine<'n> {
         }
         self.shared.changed = self.memory.len() as u32 * 2;
         self.memory.extend((0..self.observed_nets.len().div_ceil(128)).map(|_| Word::ZERO));
-        self.kept = nets.into_iter().map(|net| (net, bits[net.index()])).collect();
+        let kept = |(net, always): (NetId, bool)| Kept { net, observed: self.observed[net.index()], always };
+        self.kept = nets.into_iter().map(kept).collect();
         let place =
             |b: wiring::Bit, slot: &[Option<u32>]| (slot[b.net.index()].expect("it is kept") + b.lo / 64, b.lo % 64);
         self.pin_places = self.wiring.pins.iter().map(|p| place(p.bit, &self.wiring.slot)).collect();
@@ -244,6 +275,7 @@ impl<'n> CompiledEngine<'n> {
     fn enter(&mut self, number: usize) {
         self.current = Some(number);
         self.alarmed = false;
+        self.stale = false;
         self.memory[0] = Word::ZERO;
         let form = &self.forms[number];
         for &(half, value, observed) in &form.constants {
@@ -281,7 +313,10 @@ impl<'n> CompiledEngine<'n> {
 
     /// Sees to it that there is a form that allows what is unknown.
     fn ready(&mut self) {
-        if self.current.is_some() && !self.alarmed {
+        if let Some(number) = self.current.filter(|_| !self.alarmed) {
+            if self.stale {
+                self.enter(number);
+            }
             return;
         }
         if self.current.is_some() {
@@ -340,9 +375,41 @@ impl<'n> CompiledEngine<'n> {
                 if *bits == 0 {
                     break;
                 }
-                let number = bits.trailing_zeros() as usize;
+                let number = chunk + word * 64 + bits.trailing_zeros() as usize;
                 *bits &= *bits - 1;
-                form.machine.run(chunk + word * 64 + number, &mut self.memory);
+                form.machine.run(number, &mut self.memory);
+                if let (false, Some(group)) = (self.wiring.loops.is_empty(), form.groups[number]) {
+                    let runs = &mut self.loop_runs[group as usize];
+                    *runs += 1;
+                    if *runs > STEPS_COMPILED {
+                        // it may never settle: that is found out step by step
+                        *runs = 0;
+                        let bit = codegen::dirty_bit(form.settling, number as u32).1;
+                        *half(&mut self.memory, at) &= !bit;
+                        let settled = self.steps.run(self.netlist, &self.wiring, &mut self.memory, group as usize);
+                        match settled {
+                            // from what they came to the code goes on
+                            Ok(()) => {
+                                for &cell in &self.wiring.loops[group as usize] {
+                                    for pin in 0..self.netlist.cell(cell).kind.outputs().len() {
+                                        let net = self.netlist.output(cell, pin);
+                                        let slot = self.wiring.slot[net.index()].expect("it has a place");
+                                        for slot in slot..slot + words(self.netlist.net(net).width) as u32 {
+                                            for &(word, bits) in form.wakes(slot) {
+                                                *half(&mut self.memory, form.dirty + word) |= bits;
+                                            }
+                                            if !form.allows(slot) {
+                                                self.memory[0].v |= self.memory[slot as usize].u;
+                                            }
+                                        }
+                                    }
+                                }
+                                *half(&mut self.memory, at) |= bit;
+                            }
+                            Err(nets) => self.endless.extend(nets),
+                        }
+                    }
+                }
             }
         }
     }
@@ -374,12 +441,17 @@ impl<'n> CompiledEngine<'n> {
         }
     }
 
-    fn settle_chunks(&mut self) {
+    /// Runs all that is to be settled. Feedback that never settles is reported after all else has.
+    fn settle_chunks(&mut self) -> Result<(), Unsettled> {
         loop {
+            self.loop_runs.fill(0);
             self.ready();
             self.run_chunks(false);
+            if !self.endless.is_empty() {
+                return Err(Unsettled { time: self.now, nets: std::mem::take(&mut self.endless), clocked: false });
+            }
             if self.memory[0].v == 0 {
-                return;
+                return Ok(());
             }
             self.memory[0].v = 0;
             self.alarmed = true;
@@ -429,13 +501,17 @@ impl<'n> CompiledEngine<'n> {
 
     fn wave(&mut self) -> Result<(), Unsettled> {
         self.started = true;
+        self.touched = false;
         self.peeked.clear();
+        if let Some((slot, level)) = self.pending.take() {
+            self.put_input(slot, Word::known(level.into()));
+        }
         if self.shared.changed == 0 {
             self.prepare();
         }
         let mut rounds = 0;
         loop {
-            self.settle_chunks();
+            self.settle_chunks()?;
             self.edges();
             if self.active.is_empty() {
                 break;
@@ -448,14 +524,120 @@ impl<'n> CompiledEngine<'n> {
         }
         self.collect_changes();
         self.check_controls();
-        let form = &self.forms[self.current.expect("there is a form")];
+        self.count(1);
+        self.improve();
+        Ok(())
+    }
+
+    fn count(&mut self, waves: u64) {
+        let form = &mut self.forms[self.current.expect("there is a form")];
+        form.waves += waves;
         match &form.unknown {
-            None => self.report.four_valued += 1,
-            Some(list) if list.is_empty() => self.report.known += 1,
-            Some(_) => self.report.mixed += 1,
+            None => self.report.four_valued += waves,
+            Some(list) if list.is_empty() => self.report.known += waves,
+            Some(_) => self.report.mixed += waves,
+        }
+    }
+
+    /// Changes an input of one bit to and fro, up to `most` times (which is odd, or it goes back to where it was), until
+    /// an observed net changes, in one piece. How many times it did, and whether it can do so at all.
+    fn ticks(&mut self, slot: u32, level: bool, most: u64) -> Option<u64> {
+        let number = self.current.filter(|_| !self.alarmed && !self.touched && self.shared.changed != 0)?;
+        if self.memory[slot as usize] != Word::known((!level).into()) {
+            return None;
+        }
+        let form = &mut self.forms[number];
+        if form.waves < WARM || !form.doubtful.is_empty() || self.watches.iter().any(|w| !w.seen) {
+            return None;
+        }
+        let wanted = Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk };
+        let made = form.ticks(&wanted, slot)?;
+        let net = self.wiring.leaf_net[(slot - self.wiring.leaves.start) as usize];
+        let observed = self.observed[net.index()].is_some();
+        let done = if level && most >= 2 && !observed {
+            made.circle.run(&mut self.memory, most / 2)
+        } else {
+            made.single[usize::from(level)].run(&mut self.memory, 1)
+        };
+        if done == 0 {
+            // what it met it cannot do in one piece
+            self.aborted += 1;
+            if self.aborted > ABORTS {
+                form.forget_ticks(slot);
+                self.aborted = 0;
+            }
+            return None;
+        }
+        self.aborted = 0;
+        self.peeked.clear();
+        let level = level ^ (done % 2 == 0);
+        self.memory[slot as usize] = Word::known(level.into());
+        self.stale = true;
+        for (watch, &(slot, shift)) in self.watches.iter_mut().zip(&self.pin_places) {
+            watch.old = bit_of(self.memory[slot as usize], shift);
+        }
+        if observed {
+            self.list_change(net);
+        }
+        self.collect_changes();
+        self.count(done);
+        if self.memory[0].v != 0 {
+            self.memory[0].v = 0;
+            self.alarmed = true;
+        }
+        Some(done)
+    }
+
+    /// One wave after an input of one bit has changed.
+    fn tick(&mut self, slot: u32, level: bool) -> Result<(), Unsettled> {
+        if self.ticks(slot, level, 1).is_none() {
+            self.put_input(slot, Word::known(level.into()));
+            return self.wave();
+        }
+        self.after_ticks()
+    }
+
+    /// Goes on from ticks: what they made unknown is seen to.
+    fn after_ticks(&mut self) -> Result<(), Unsettled> {
+        if self.alarmed {
+            return self.wave();
         }
         self.improve();
         Ok(())
+    }
+
+    /// Whether the one clock that is due next is the only one there is, and runs in one piece; then it does, up to tick
+    /// `until`.
+    fn run_clock(&mut self, until: u64) -> Result<bool, Unsettled> {
+        let due = self.clocks.iter().filter(|c| c.next == self.next_clock).count();
+        if due != 1 || self.pending.is_some() {
+            return Ok(false);
+        }
+        let Some(c) = self.clocks.iter().find(|c| c.next == self.next_clock) else { return Ok(false) };
+        let (slot, level, clock, next) = (c.slot, !c.high, c.clock, c.next);
+        // whole periods from the rising edge on, as long as no other clock is due
+        let end = match self.clocks.len() {
+            1 => until,
+            _ => next,
+        };
+        let most =
+            if level && end - next >= clock.high { 2 * ((end - next - clock.high) / clock.period + 1) } else { 1 };
+        let Some(done) = self.ticks(slot, level, most.min(1 << 20)) else { return Ok(false) };
+        // the last of them
+        let last = match (level, done) {
+            (true, n) if n % 2 == 0 => next + (n / 2 - 1) * clock.period + clock.high,
+            (true, n) => next + n / 2 * clock.period,
+            (false, _) => next,
+        };
+        self.now = last;
+        let high = level ^ (done % 2 == 0);
+        let wait = if high { clock.high } else { clock.period - clock.high };
+        for c in self.clocks.iter_mut().filter(|c| c.slot == slot) {
+            (c.high, c.next) = (high, last.saturating_add(wait));
+        }
+        self.next_clock = self.clocks.iter().map(|c| c.next).min().unwrap_or(NEVER);
+        self.after_ticks()?;
+        Ok(true)
     }
 
     /// The nets that clocked cells keep changing.
@@ -471,7 +653,9 @@ impl<'n> CompiledEngine<'n> {
                 }
             }
             self.commit();
-            self.settle_chunks();
+            if self.settle_chunks().is_err() {
+                break;
+            }
             self.edges();
         }
         nets.sort_unstable();
@@ -542,12 +726,18 @@ impl<'n> CompiledEngine<'n> {
     }
 
     fn put_input(&mut self, slot: u32, new: Word) {
+        self.touched = true;
         let net = self.wiring.leaf_net[(slot - self.wiring.leaves.start) as usize];
         self.put(slot, net, new);
     }
 
     fn held(&self, net: NetId) -> Option<&[Word]> {
-        let slot = self.wiring.slot[net.index()]? as usize;
+        let slot = self.wiring.slot[net.index()]?;
+        let keeps = self.current.is_none_or(|n| self.forms[n].keeps[net.index()]);
+        if !keeps && !self.wiring.leaves.contains(&slot) {
+            return None;
+        }
+        let slot = slot as usize;
         Some(&self.memory[slot..slot + words(self.netlist.net(net).width)])
     }
 }
@@ -588,13 +778,27 @@ impl Engine for CompiledEngine<'_> {
     fn drive(&mut self, net: NetId, value: &[Word]) {
         self.peeked.clear();
         let slot = self.wiring.slot[net.index()].expect("an input has a place");
+        if let Some((before, level)) = self.pending.take() {
+            self.put_input(before, Word::known(level.into()));
+        }
+        // an input of one bit that changes alone may be a tick
+        if let (false, 1, &[new]) = (self.touched, self.netlist.net(net).width, value)
+            && new.is_known()
+            && self.memory[slot as usize] == Word::known(new.v ^ 1)
+        {
+            self.pending = Some((slot, new.v == 1));
+            return;
+        }
         for (i, &word) in (0..).zip(value).take(words(self.netlist.net(net).width)) {
             self.put_input(slot + i, word);
         }
     }
 
     fn settle(&mut self) -> Result<(), Unsettled> {
-        self.wave()
+        match self.pending.take() {
+            Some((slot, level)) => self.tick(slot, level),
+            None => self.wave(),
+        }
     }
 
     fn advance(&mut self, until: u64) -> Result<bool, Unsettled> {
@@ -605,9 +809,11 @@ impl Engine for CompiledEngine<'_> {
             }
         }
         while self.next_clock <= until && self.next_clock != NEVER {
-            self.now = self.next_clock;
-            self.fire();
-            self.wave()?;
+            if !self.run_clock(until)? {
+                self.now = self.next_clock;
+                self.fire();
+                self.wave()?;
+            }
             if self.has_news() {
                 return Ok(true);
             }
@@ -634,8 +840,17 @@ impl Engine for CompiledEngine<'_> {
         std::mem::take(&mut self.unknown_controls)
     }
 
-    fn events(&self) -> u64 {
-        0
+    fn events(&self) -> Option<u64> {
+        None
+    }
+
+    fn summary(&self) -> String {
+        let EngineReport { known, mixed, four_valued, .. } = self.report;
+        let mixed = if mixed > 0 { format!("{mixed} with some unknown, ") } else { String::new() };
+        format!(
+            "engine compiled, {} waves: {known} all known, {mixed}{four_valued} four-valued",
+            known + self.report.mixed + four_valued
+        )
     }
 }
 

@@ -20,6 +20,10 @@ pub(super) struct Root {
     pub alarm: bool,
     /// Whether later chunks may take it from there.
     pub shared: bool,
+    /// The loop that it is of: nothing that comes after it is in its chunk.
+    pub group: Option<u32>,
+    /// Whether its chunk is to run again while it is not 0.
+    pub again: bool,
 }
 
 /// What a chunk stores.
@@ -33,6 +37,8 @@ pub(super) struct Store {
     pub compared: bool,
     /// Chunks that a change wakes.
     pub wakes: Vec<u32>,
+    /// Wakes its chunk again while it is not 0.
+    pub again: bool,
 }
 
 /// Nodes that are computed together, in order, and what they store.
@@ -40,6 +46,10 @@ pub(super) struct Store {
 pub(super) struct Chunk {
     pub nodes: Vec<Id>,
     pub stores: Vec<Store>,
+    /// The loop that is stepped in it.
+    pub group: Option<u32>,
+    /// Nodes that are 0 where it may be run.
+    pub aborts: Vec<Id>,
 }
 
 /// Chunks in order, each after those that it reads.
@@ -64,15 +74,24 @@ struct Walk<'g> {
     chunk_of: Vec<u32>,
     plan: Plan,
     limit: usize,
+    /// The loop that is being laid out.
+    group: Option<u32>,
 }
 
 impl Walk<'_> {
     fn current(&mut self) -> u32 {
-        let full = self.plan.chunks.last().is_none_or(|c| c.nodes.len() >= self.limit);
+        let full = self.plan.chunks.last().is_none_or(|c| match (c.group, self.group) {
+            (None, None) => c.nodes.len() >= self.limit,
+            (None, Some(_)) => false,
+            (had, now) => had != now,
+        });
         if full {
             self.plan.chunks.push(Chunk::default());
         }
-        self.plan.chunks.len() as u32 - 1
+        let number = self.plan.chunks.len() - 1;
+        let chunk = &mut self.plan.chunks[number];
+        chunk.group = chunk.group.or(self.group);
+        number as u32
     }
 
     /// Gives a node and all that it needs a chunk.
@@ -103,7 +122,7 @@ pub(super) fn plan(
     limit: usize,
     mut fresh: impl FnMut() -> Half,
 ) -> Plan {
-    let mut w = Walk { graph, chunk_of: vec![NONE; graph.len()], plan: Plan::default(), limit };
+    let mut w = Walk { graph, chunk_of: vec![NONE; graph.len()], plan: Plan::default(), limit, group: None };
     let mut stack = Vec::new();
     let mut placed = Vec::new();
     for (late, roots) in [(false, settling), (true, sampled)] {
@@ -117,6 +136,7 @@ pub(super) fn plan(
                 w.plan.constants.push((*root, n));
                 continue;
             }
+            w.group = root.group;
             w.visit(root.node, &mut stack);
             let chunk = match w.chunk_of[root.node as usize] {
                 NONE => w.current(),
@@ -174,15 +194,15 @@ pub(super) fn plan(
             }
         }
         let compared = root.observed.is_some() || !wakes.is_empty();
-        let Root { node, half, observed, alarm, .. } = root;
-        plan.chunks[chunk as usize].stores.push(Store { node, half, observed, alarm, compared, wakes });
+        let Root { node, half, observed, alarm, again, .. } = root;
+        plan.chunks[chunk as usize].stores.push(Store { node, half, observed, alarm, compared, wakes, again });
     }
     let mut rest: Vec<(Id, Vec<u32>)> = uses.into_iter().filter(|(node, _)| !plan.place.contains_key(node)).collect();
     rest.sort_unstable_by_key(|(node, _)| *node);
     for (node, wakes) in rest {
         let half = fresh();
         plan.place.insert(node, half);
-        let store = Store { node, half, observed: None, alarm: false, compared: true, wakes };
+        let store = Store { node, half, observed: None, alarm: false, compared: true, wakes, again: false };
         plan.chunks[chunk_of[node as usize] as usize].stores.push(store);
     }
     plan

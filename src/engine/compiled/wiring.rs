@@ -56,9 +56,15 @@ pub(super) struct Wiring {
     pub leaves: std::ops::Range<u32>,
     /// The net of each of these slots.
     pub leaf_net: Vec<NetId>,
+    /// The bits of each of these slots that are in use.
+    pub leaf_mask: Vec<u64>,
     /// The present values of all slots before anything has run.
     pub initial: Vec<Word>,
     pub stored: Vec<Stored>,
+    /// The cells of each loop.
+    pub loops: Vec<Vec<CellId>>,
+    /// For each loop a slot that tells whether it has settled.
+    pub unsettled: Vec<u32>,
     pub pins: Vec<ClockPin>,
     /// Control pins by the bit that they read.
     pub controls: Vec<(Bit, Vec<u32>)>,
@@ -102,12 +108,25 @@ impl Wiring {
                     Driver::Cell(..) => false,
                 };
                 if is {
-                    w.place(netlist, net);
-                    w.leaf_net.resize(w.initial.len() - first as usize, net);
+                    w.leaf(netlist, net, first);
                 }
             }
         }
+        // what loops have is state
+        for group in &netlist.order().groups {
+            let cells = &netlist.order().sequence[group.clone()];
+            for &cell in cells {
+                for pin in 0..netlist.cell(cell).kind.outputs().len() {
+                    w.leaf(netlist, netlist.output(cell, pin), first);
+                }
+            }
+            w.loops.push(cells.to_vec());
+        }
         w.leaves = first..w.initial.len() as u32;
+        for _ in &w.loops {
+            w.unsettled.push(w.initial.len() as u32);
+            w.initial.push(Word::ZERO);
+        }
         for cell in netlist.cell_ids() {
             let kind = &netlist.cell(cell).kind;
             if kind.edge().is_some() {
@@ -122,6 +141,17 @@ impl Wiring {
         w.clocks(netlist);
         w.watch_controls(netlist);
         w
+    }
+
+    /// Gives a net that is state its slots, the first of all being `first`.
+    fn leaf(&mut self, netlist: &Netlist, net: NetId, first: u32) {
+        if self.slot[net.index()].is_some() {
+            return;
+        }
+        self.place(netlist, net);
+        self.leaf_net.resize(self.initial.len() - first as usize, net);
+        let width = netlist.net(net).width;
+        self.leaf_mask.extend((0..words(width)).map(|i| word_mask(width, i)));
     }
 
     /// Gives a net slots, if it has none; the first.

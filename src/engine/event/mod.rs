@@ -86,6 +86,12 @@ impl EventEngine {
         }
     }
 
+    /// How many net changes there have been.
+    #[must_use]
+    pub fn net_changes(&self) -> u64 {
+        self.state.events
+    }
+
     fn observed(&self) -> impl Iterator<Item = NetId> + '_ {
         let first = |net: usize| self.state.meta[self.program.net_slot[net] as usize];
         (0..self.widths.len()).filter(move |&n| first(n).flags & flag::OBSERVED != 0).map(NetId::new)
@@ -188,7 +194,11 @@ impl Engine for EventEngine {
         std::mem::take(&mut self.state.unknown_controls)
     }
 
-    fn events(&self) -> u64 {
-        self.state.events
+    fn events(&self) -> Option<u64> {
+        Some(self.state.events)
+    }
+
+    fn summary(&self) -> String {
+        format!("engine event, {} net changes", self.state.events)
     }
 }

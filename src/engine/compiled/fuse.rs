@@ -1,0 +1,362 @@
+//! A tick as one piece of straight code: what a change of one input does, from the settled state before to the settled
+//! state after, with the cells that it clocks.
+//!
+//! The waves are run on nodes in place of values. What the input is before and after is known here, so clock pins that
+//! follow it are edges or are none, and what does not change need not be computed. It works where the rounds of edges
+//! come to an end by the wiring alone. Where state that is taken to be known would become unknown, or a loop does not
+//! settle, the tick is left before it stores anything.
+
+use super::graph::{Graph, Id, Map, Op};
+use super::lower::{Lowered, Two};
+use super::plan::{Chunk, Store};
+use super::wiring::{Bit, Wiring};
+use crate::netlist::NetId;
+
+/// Rounds of edges that are followed.
+const ROUNDS: usize = 8;
+/// Nodes above which a tick is not worth being one piece.
+const LIMIT: usize = 6000;
+const NONE: Id = Id::MAX;
+
+/// A tick: a graph, and the one chunk of it.
+#[derive(Debug)]
+pub(super) struct Tick {
+    pub graph: Graph,
+    pub chunk: Chunk,
+}
+
+/// What a tick is made from.
+pub(super) struct Source<'s> {
+    pub lowered: &'s Lowered,
+    pub wiring: &'s Wiring,
+    /// The nets that are kept, with the bits of those that are observed.
+    pub kept: &'s [(NetId, Option<u32>)],
+    /// Whether a slot of state may be unknown in the form.
+    pub allows: &'s dyn Fn(u32) -> bool,
+    /// The slot of the input, and what it becomes.
+    pub input: u32,
+    pub level: bool,
+}
+
+struct Fuse<'s> {
+    s: &'s Source<'s>,
+    out: Graph,
+    /// State that is not what memory has: its settled value.
+    state: Map<u32, Two>,
+    /// For each node of the form its node here, in the present round.
+    memo: Vec<Id>,
+    /// Nodes that may have changed in the present round.
+    affected: Vec<bool>,
+    /// Nodes that are to be 0.
+    aborts: Vec<Id>,
+}
+
+/// The tick that `source` asks for, if it can be one piece.
+pub(super) fn fuse(source: &Source<'_>) -> Option<Tick> {
+    let n = source.lowered.graph.len();
+    let mut f = Fuse {
+        s: source,
+        out: Graph::default(),
+        state: Map::default(),
+        memo: vec![NONE; n],
+        affected: vec![false; n],
+        aborts: Vec::new(),
+    };
+    f.run()
+}
+
+impl Fuse<'_> {
+    fn run(&mut self) -> Option<Tick> {
+        let Source { lowered, wiring, input, level, .. } = *self.s;
+        let mut ever = vec![false; lowered.graph.len()];
+        // before anything has changed
+        let before = self.constant(!level);
+        self.state.insert(input, before);
+        let mut pins = self.pin_values();
+        let after = self.constant(level);
+        self.state.insert(input, after);
+        let mut changed = vec![input];
+        for _ in 0..ROUNDS {
+            self.spread(&changed);
+            ever.iter_mut().zip(&self.affected).for_each(|(e, a)| *e |= a);
+            self.forget();
+            self.settle(&ever);
+            let touched: Vec<usize> = (0..wiring.pins.len()).filter(|&i| self.touches(wiring.pins[i].bit)).collect();
+            if touched.is_empty() {
+                return self.finish(&ever);
+            }
+            let mut takes: Map<u32, Id> = Map::default();
+            for i in touched {
+                let pin = &wiring.pins[i];
+                let new = self.pin(pin.bit);
+                let old = std::mem::replace(&mut pins[i], new);
+                let (rises, falls) = (self.out.and_not(new, old), self.out.and_not(old, new));
+                for (edge, list) in [(rises, &pin.rising), (falls, &pin.falling)] {
+                    if self.out.is(edge, 0) {
+                        continue;
+                    }
+                    for &store in list {
+                        let none = self.out.constant(0);
+                        let already = takes.get(&store).copied().unwrap_or(none);
+                        takes.insert(store, self.out.or(already, edge));
+                    }
+                }
+            }
+            let mut takes: Vec<(u32, Id)> = takes.into_iter().collect();
+            takes.sort_unstable();
+            changed.clear();
+            let mut taken = Vec::new();
+            for (store, when) in takes {
+                let stored = wiring.stored[store as usize];
+                let next = &lowered.next[store as usize];
+                for (slot, two) in (stored.slot..).zip(&next.value) {
+                    let new = Two { v: self.map(two.v), u: self.map(two.u) };
+                    let old = self.held(slot);
+                    let new = Two { v: self.out.select(when, new.v, old.v), u: self.out.select(when, new.u, old.u) };
+                    let new = self.known(slot, new);
+                    if new != old {
+                        taken.push((slot, new));
+                    }
+                }
+            }
+            if taken.is_empty() {
+                return self.finish(&ever);
+            }
+            for (slot, new) in taken {
+                self.state.insert(slot, new);
+                changed.push(slot);
+            }
+        }
+        None
+    }
+
+    fn constant(&mut self, bit: bool) -> Two {
+        Two { v: self.out.constant(bit.into()), u: self.out.constant(0) }
+    }
+
+    fn word(&self, bit: Bit) -> Two {
+        self.s.lowered.nets[bit.net.index()][bit.lo as usize / 64]
+    }
+
+    fn touches(&self, bit: Bit) -> bool {
+        let Two { v, u } = self.word(bit);
+        self.affected[v as usize] || self.affected[u as usize]
+    }
+
+    /// New state; where it is taken to be known, it is to be that.
+    fn known(&mut self, slot: u32, new: Two) -> Two {
+        if (self.s.allows)(slot) {
+            return new;
+        }
+        self.abort_if(new.u);
+        Two { v: new.v, u: self.out.constant(0) }
+    }
+
+    fn abort_if(&mut self, node: Id) {
+        if !self.out.is(node, 0) && !self.aborts.contains(&node) {
+            self.aborts.push(node);
+        }
+    }
+
+    /// Half a slot of state as it stands in this round.
+    fn half(&mut self, half: u32, may: u64) -> Id {
+        match self.state.get(&(half / 2)) {
+            Some(two) => {
+                if half % 2 == 0 {
+                    two.v
+                } else {
+                    two.u
+                }
+            }
+            None => self.out.load(half, may),
+        }
+    }
+
+    /// State as it stands.
+    fn held(&mut self, slot: u32) -> Two {
+        let wiring = self.s.wiring;
+        let may = wiring.leaf_mask[(slot - wiring.leaves.start) as usize];
+        let v = self.half(2 * slot, may);
+        let u = if (self.s.allows)(slot) { self.half(2 * slot + 1, may) } else { self.out.constant(0) };
+        Two { v, u }
+    }
+
+    /// The clock pins before anything changes.
+    fn pin_values(&mut self) -> Vec<Id> {
+        let wiring = self.s.wiring;
+        (0..wiring.pins.len())
+            .map(|i| {
+                let bit = wiring.pins[i].bit;
+                let slot = wiring.slot[bit.net.index()].expect("clock pins are kept") + bit.lo / 64;
+                let may = self.s.lowered.graph.may(self.word(bit).v);
+                let word = self.half(2 * slot, may);
+                self.out.bits(word, bit.lo % 64, 1)
+            })
+            .collect()
+    }
+
+    /// A clock pin, which is to be known.
+    fn pin(&mut self, bit: Bit) -> Id {
+        let Two { v, u } = self.word(bit);
+        let (v, u) = (self.map(v), self.map(u));
+        let unknown = self.out.bits(u, bit.lo % 64, 1);
+        self.abort_if(unknown);
+        self.out.bits(v, bit.lo % 64, 1)
+    }
+
+    /// Marks what depends on some slots of state.
+    fn spread(&mut self, changed: &[u32]) {
+        let graph = &self.s.lowered.graph;
+        let first = self.s.wiring.leaves.start;
+        let mut is_changed = vec![false; self.s.wiring.leaves.len()];
+        changed.iter().for_each(|&slot| is_changed[(slot - first) as usize] = true);
+        for node in 0..graph.len() as Id {
+            let is = match graph.op(node) {
+                Op::Const(_) => false,
+                Op::Load(half) => is_changed[(half / 2 - first) as usize],
+                op => op.operands().any(|o| self.affected[o as usize]),
+            };
+            self.affected[node as usize] = is;
+        }
+    }
+
+    fn forget(&mut self) {
+        self.memo.iter_mut().zip(&self.affected).filter(|(_, a)| **a).for_each(|(m, _)| *m = NONE);
+    }
+
+    /// What asynchronous controls and loops make of the state.
+    fn settle(&mut self, ever: &[bool]) {
+        // state whose controls have not changed is as it stands
+        for level in &self.s.lowered.levels {
+            if level.needs.iter().any(|&n| self.affected[n as usize]) {
+                continue;
+            }
+            let slot = self.s.wiring.slot[level.net.index()].expect("state has a place");
+            for (slot, two) in (slot..).zip(&level.value) {
+                let held = self.held(slot);
+                for (node, value) in [(two.v, held.v), (two.u, held.u)] {
+                    if !self.s.lowered.graph.op(node).is_leaf() {
+                        self.memo[node as usize] = value;
+                    }
+                }
+            }
+        }
+        // what is kept and has not changed need not be computed
+        for &(net, _) in self.s.kept {
+            let slot = self.s.wiring.slot[net.index()].expect("what is kept has a place");
+            if self.s.wiring.leaves.contains(&slot) {
+                continue;
+            }
+            for (slot, two) in (slot..).zip(&self.s.lowered.nets[net.index()]) {
+                for (half, node) in [(2 * slot, two.v), (2 * slot + 1, two.u)] {
+                    let graph = &self.s.lowered.graph;
+                    if !ever[node as usize] && !graph.op(node).is_leaf() && self.memo[node as usize] == NONE {
+                        self.memo[node as usize] = self.out.load(half, graph.may(node));
+                    }
+                }
+            }
+        }
+        for level in &self.s.lowered.levels {
+            if !level.needs.iter().any(|&n| self.affected[n as usize]) {
+                continue;
+            }
+            let slot = self.s.wiring.slot[level.net.index()].expect("state has a place");
+            for (slot, two) in (slot..).zip(&level.value) {
+                let new = Two { v: self.map(two.v), u: self.map(two.u) };
+                let new = self.known(slot, new);
+                self.state.insert(slot, new);
+            }
+            if let Some(group) = level.group {
+                let unsettled = self.map(self.s.lowered.unsettled[group as usize]);
+                self.abort_if(unsettled);
+            }
+        }
+    }
+
+    /// The node here of one of the form.
+    fn map(&mut self, node: Id) -> Id {
+        let graph = &self.s.lowered.graph;
+        let mut stack = vec![node];
+        while let Some(&at) = stack.last() {
+            if self.memo[at as usize] != NONE {
+                stack.pop();
+                continue;
+            }
+            let op = graph.op(at);
+            let before = stack.len();
+            stack.extend(op.operands().filter(|&o| self.memo[o as usize] == NONE));
+            if stack.len() > before {
+                continue;
+            }
+            stack.pop();
+            let made = match op {
+                Op::Load(half) => self.half(half, graph.may(at)),
+                op => {
+                    let memo = &self.memo;
+                    self.out.rebuild(op, graph.may(at), |o| memo[o as usize])
+                }
+            };
+            self.memo[at as usize] = made;
+        }
+        self.memo[node as usize]
+    }
+
+    /// What is left in memory.
+    fn finish(&mut self, ever: &[bool]) -> Option<Tick> {
+        let Source { lowered, wiring, kept, input, .. } = *self.s;
+        let mut observed: Map<u32, u32> = Map::default();
+        let mut stores: Vec<Store> = Vec::new();
+        let store = |node, half, observed: Option<u32>| Store {
+            node,
+            half,
+            observed,
+            alarm: false,
+            compared: observed.is_some(),
+            wakes: Vec::new(),
+            again: false,
+        };
+        for &(net, bit) in kept {
+            let slot = wiring.slot[net.index()].expect("what is kept has a place");
+            let values = &lowered.nets[net.index()];
+            if wiring.leaves.contains(&slot) {
+                if let Some(bit) = bit {
+                    (0..values.len() as u32).for_each(|i| _ = observed.insert(slot + i, bit));
+                }
+                continue;
+            }
+            for (slot, two) in (slot..).zip(values) {
+                for (half, node) in [(2 * slot, two.v), (2 * slot + 1, two.u)] {
+                    if ever[node as usize] {
+                        let node = self.map(node);
+                        stores.push(store(node, half, bit));
+                    }
+                }
+            }
+        }
+        let mut state: Vec<(u32, Two)> = self.state.iter().map(|(&slot, &two)| (slot, two)).collect();
+        state.sort_unstable_by_key(|s| s.0);
+        for (slot, two) in state.into_iter().filter(|s| s.0 != input) {
+            let bit = observed.get(&slot).copied();
+            let is_old = |node: Id, half: u32| self.out.op(node) == Op::Load(half);
+            if !is_old(two.v, 2 * slot) {
+                stores.push(store(two.v, 2 * slot, bit));
+            }
+            if !is_old(two.u, 2 * slot + 1) && (self.s.allows)(slot) {
+                stores.push(store(two.u, 2 * slot + 1, bit));
+            }
+        }
+        // the nodes that this needs, in order
+        let mut needed = vec![false; self.out.len()];
+        stores.iter().for_each(|s| needed[s.node as usize] = true);
+        self.aborts.iter().for_each(|&a| needed[a as usize] = true);
+        for node in (0..self.out.len() as Id).rev() {
+            if needed[node as usize] {
+                self.out.op(node).operands().for_each(|o| needed[o as usize] = true);
+            }
+        }
+        let nodes: Vec<Id> =
+            (0..self.out.len() as Id).filter(|&n| needed[n as usize] && !self.out.op(n).is_leaf()).collect();
+        let chunk = Chunk { nodes, stores, group: None, aborts: std::mem::take(&mut self.aborts) };
+        (chunk.nodes.len() <= LIMIT).then(|| Tick { graph: std::mem::take(&mut self.out), chunk })
+    }
+}
