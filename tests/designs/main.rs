@@ -1,0 +1,68 @@
+//! Whole designs, our own Verilog below `tests/verilog`: as Icarus Verilog runs the source, so discreta runs what Yosys
+//! makes of it at every level, words and gates, on every net that both have, at every time.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod catalogue;
+mod compare;
+mod harness;
+
+use harness::{Design, Level};
+
+/// Runs a design at these levels, and its mutants.
+fn is_what_icarus_runs(design: &Design) {
+    let folder = design.folder("");
+    let mut icarus = design.icarus(&folder);
+    design.synthesise(&folder, &design.source(), design.levels);
+    let mut before = [0, 0];
+    for level in design.levels.iter().copied() {
+        let mut ours = design.discreta(&folder, level);
+        let told = design.compare(&mut icarus, &mut ours, level);
+        let at = format!("{} {level:?}", design.name);
+        println!(
+            "{at}: {} nets, {} changes at {} times; {} bits are gone; only in the source: {:?}",
+            told.nets, told.changes, told.times, told.gone, told.absent
+        );
+        let first = &told.differences[..told.differences.len().min(10)];
+        assert!(told.differences.is_empty(), "{at}: {} nets differ: {first:#?}", told.differences.len());
+        before[usize::from(level.is_gates())] += told.before;
+        if !level.is_gates() {
+            let unexpected: Vec<&String> = told.absent.iter().filter(|net| !design.may_lack(net)).collect();
+            assert!(unexpected.is_empty(), "{at} lacks {unexpected:?}");
+        }
+        let (nets, changes) = design.least;
+        assert!(told.nets >= nets && told.changes >= changes, "{at}: {} nets, {} changes", told.nets, told.changes);
+    }
+    // who asks for a later beginning needs it
+    let late = [design.known.words > 0, design.known.gates > 0];
+    assert_eq!(
+        before.map(|nets| nets > 0),
+        late,
+        "{}: {before:?} nets differ before: {}",
+        design.name,
+        design.known.because
+    );
+
+    let source = std::fs::read_to_string(design.source()).unwrap();
+    for (number, (text, instead)) in design.mutants.iter().enumerate() {
+        assert_eq!(source.matches(text).count(), 1, "{text}");
+        let folder = design.folder(&format!("_mutant{number}"));
+        std::fs::write(folder.join("mutant.v"), source.replacen(text, instead, 1)).unwrap();
+        design.synthesise(&folder, "mutant.v".as_ref(), &[Level::FlatWords]);
+        let mut ours = design.discreta(&folder, Level::FlatWords);
+        let told = design.compare(&mut icarus, &mut ours, Level::FlatWords);
+        assert!(!told.differences.is_empty(), "{}: nothing notices `{instead}` for `{text}`", design.name);
+    }
+}
+
+macro_rules! designs {
+    ($($name:ident)*) => { $(
+        #[test]
+        fn $name() {
+            is_what_icarus_runs(&catalogue::$name());
+        }
+    )* };
+}
+
+designs! { uart fifo crc divider lfsr arbiter latches bus clocks numbers names cpu }
