@@ -7,7 +7,7 @@ use std::process::Command;
 use discreta::wave::read::Waves;
 use serde_json::{Value as Json, json};
 
-use crate::compare::{Compared, compare};
+use crate::compare::{Compared, Rules, compare};
 use crate::support::{folder, repository};
 
 /// A clock: 0, 1 from `first` on, each for half a period (ns).
@@ -57,6 +57,10 @@ pub struct Design {
     /// How long it runs, in ns.
     pub end: u64,
     pub known: Known,
+    /// States that synthesis encodes anew.
+    pub recoded: &'static [&'static str],
+    /// Why gates know values where the source has x, if they do.
+    pub gates_know_more: &'static str,
     /// Nets of Icarus that no netlist of words has: `*` stands for anything.
     pub absent: &'static [&'static str],
     /// Memories whose words are nets where memories are made of flip-flops: name and number of words.
@@ -222,14 +226,27 @@ impl Design {
         })
     }
 
+    /// The ports of the top module.
+    fn ports(&self, folder: &Path, level: Level) -> Vec<String> {
+        let netlist = std::fs::read(folder.join(format!("{level:?}.json"))).unwrap();
+        let netlist: Json = serde_json::from_slice(&netlist).unwrap();
+        netlist["modules"][self.name]["ports"].as_object().unwrap().keys().cloned().collect()
+    }
+
     fn end_at(&self, level: Level) -> u64 {
         if level.is_gates() { self.gates_end.unwrap_or(self.end) } else { self.end }
     }
 
     /// Compares the two at a level.
-    pub fn compare(&self, icarus: &mut Waves, ours: &mut Waves, level: Level) -> Compared {
+    pub fn compare(&self, folder: &Path, icarus: &mut Waves, ours: &mut Waves, level: Level) -> Compared {
         let from = if level.is_gates() { self.known.gates } else { self.known.words };
-        let ports: Vec<&str> = self.clocks.iter().map(|c| c.net).chain(self.inputs.iter().map(|i| i.net)).collect();
-        compare(icarus, ours, from..self.end_at(level), level.is_gates().then_some(&ports[..]))
+        let ports = self.ports(folder, level);
+        let rules = Rules {
+            over: from..self.end_at(level),
+            may_lose: level.is_gates().then_some(&ports[..]),
+            recoded: if level.is_gates() { self.recoded } else { &[] },
+            x_is_free: level.is_gates() && !self.gates_know_more.is_empty(),
+        };
+        compare(icarus, ours, &rules)
     }
 }

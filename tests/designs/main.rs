@@ -7,33 +7,45 @@ mod support;
 mod catalogue;
 mod compare;
 mod harness;
+mod program;
 
+use discreta::wave::read::Waves;
 use harness::{Design, Level};
 
-/// Runs a design at these levels, and its mutants.
-fn is_what_icarus_runs(design: &Design) {
+/// Runs a design at its levels, and its mutants; `look` sees what discreta made.
+fn is_what_icarus_runs(design: &Design, look: impl Fn(Level, &mut Waves)) {
     let folder = design.folder("");
     let mut icarus = design.icarus(&folder);
     design.synthesise(&folder, &design.source(), design.levels);
-    let mut before = [0, 0];
+    let (mut before, mut free) = ([0, 0], 0);
     for level in design.levels.iter().copied() {
         let mut ours = design.discreta(&folder, level);
-        let told = design.compare(&mut icarus, &mut ours, level);
+        let told = design.compare(&folder, &mut icarus, &mut ours, level);
+        look(level, &mut ours);
         let at = format!("{} {level:?}", design.name);
         println!(
-            "{at}: {} nets, {} changes at {} times; {} bits are gone; only in the source: {:?}",
-            told.nets, told.changes, told.times, told.gone, told.absent
+            "{at}: {} nets of {} bits, {} changes at {} times; {} bits are gone, {} x are free; only in the source: {:?}",
+            told.nets, told.bits, told.changes, told.times, told.gone, told.free, told.absent
         );
         let first = &told.differences[..told.differences.len().min(10)];
         assert!(told.differences.is_empty(), "{at}: {} nets differ: {first:#?}", told.differences.len());
         before[usize::from(level.is_gates())] += told.before;
+        free += told.free;
         if !level.is_gates() {
             let unexpected: Vec<&String> = told.absent.iter().filter(|net| !design.may_lack(net)).collect();
             assert!(unexpected.is_empty(), "{at} lacks {unexpected:?}");
         }
+        assert!(told.gone * 5 < told.bits, "{at}: {} of {} bits are gone", told.gone, told.bits);
         let (nets, changes) = design.least;
         assert!(told.nets >= nets && told.changes >= changes, "{at}: {} nets, {} changes", told.nets, told.changes);
     }
+    assert_eq!(
+        free > 0,
+        !design.gates_know_more.is_empty(),
+        "{}: {free} values: {}",
+        design.name,
+        design.gates_know_more
+    );
     // who asks for a later beginning needs it
     let late = [design.known.words > 0, design.known.gates > 0];
     assert_eq!(
@@ -51,7 +63,7 @@ fn is_what_icarus_runs(design: &Design) {
         std::fs::write(folder.join("mutant.v"), source.replacen(text, instead, 1)).unwrap();
         design.synthesise(&folder, "mutant.v".as_ref(), &[Level::FlatWords]);
         let mut ours = design.discreta(&folder, Level::FlatWords);
-        let told = design.compare(&mut icarus, &mut ours, Level::FlatWords);
+        let told = design.compare(&folder, &mut icarus, &mut ours, Level::FlatWords);
         assert!(!told.differences.is_empty(), "{}: nothing notices `{instead}` for `{text}`", design.name);
     }
 }
@@ -60,9 +72,23 @@ macro_rules! designs {
     ($($name:ident)*) => { $(
         #[test]
         fn $name() {
-            is_what_icarus_runs(&catalogue::$name());
+            is_what_icarus_runs(&catalogue::$name(), |_, _| {});
         }
     )* };
 }
 
-designs! { uart fifo crc divider lfsr arbiter latches bus clocks numbers names cpu }
+designs! { uart fifo crc divider lfsr arbiter latches bus clocks numbers names }
+
+/// The program prints what is computed here from what it is to do.
+#[test]
+fn cpu() {
+    let expected = program::expected(100, 12);
+    is_what_icarus_runs(&catalogue::cpu(), |level, waves| {
+        let (printed, ended) = program::printed(waves);
+        if level.is_gates() {
+            assert!(printed.len() > 10 && expected.starts_with(&printed), "{level:?}: {printed}");
+        } else {
+            assert_eq!((&printed, ended), (&expected, true), "{level:?}");
+        }
+    });
+}
