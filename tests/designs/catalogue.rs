@@ -74,6 +74,7 @@ pub fn uart() -> Design {
             ("samples[0] & samples[2]", "samples[0] | samples[2]"),
         ],
         absent: &["uart.receiver.vote.*"],
+        least: (44, 45_000),
         ..PLAIN
     }
 }
@@ -109,6 +110,7 @@ pub fn fifo() -> Design {
         words: &[("words", 8)],
         absent: &["fifo.words.*"],
         mutants: &[("next ^ (next >> 1)", "next ^ (next >> 2)"), ("~read_seen[BITS:BITS-1]", "read_seen[BITS:BITS-1]")],
+        least: (45, 13_000),
         ..PLAIN
     }
 }
@@ -135,6 +137,7 @@ pub fn crc() -> Design {
         mutants: &[("^ 32'hedb88320", "^ 32'hedb88321"), ("i == 31", "i >= 30")],
         absent: &["crc.bytes.step.*", "crc.bits.enable"],
         gates_know_more: "what is shifted in is x in the source, and never looked at",
+        least: (54, 30_000),
         ..PLAIN
     }
 }
@@ -162,6 +165,7 @@ pub fn divider() -> Design {
         stimulus,
         end: 10600,
         mutants: &[("n < 0 ? -n : n", "n < 1 ? ~n : n"), ("negative_n ? -r", "negative ? -r")],
+        least: (26, 11_700),
         ..PLAIN
     }
 }
@@ -181,6 +185,7 @@ pub fn lfsr() -> Design {
         stimulus,
         end: 6100,
         mutants: &[("^(state & TAPS)", "~^(state & TAPS)"), ("state[2:0] == 0", "state[2:0] == 1")],
+        least: (18, 7_900),
         ..PLAIN
     }
 }
@@ -211,6 +216,7 @@ pub fn arbiter() -> Design {
             gates: 3,
             because: "`always @*` waits for a change of `grant`, which the reset makes",
         },
+        least: (48, 7_900),
         ..PLAIN
     }
 }
@@ -259,6 +265,7 @@ pub fn latches() -> Design {
         end: 7600,
         mutants: &[("if (q) chosen = data", "if (!q) chosen = data"), (".open(~clk)", ".open(clk)")],
         absent: &["latches.both.master.open"],
+        least: (78, 9_600),
         ..PLAIN
     }
 }
@@ -295,6 +302,7 @@ pub fn bus() -> Design {
         mutants: &[("drive ? out", "drive ? ~out"), ("some <= |shared", "some <= &shared")],
         // z, which registers take from the bus, is x to a table or a gate
         levels: &[Level::Words, Level::FlatWords, Level::Gates, Level::FlatGates],
+        least: (74, 20_700),
         ..PLAIN
     }
 }
@@ -335,6 +343,7 @@ pub fn clocks() -> Design {
         end: 6100,
         mutants: &[("if (!clk) open", "if (clk) open"), ("always @(negedge clk0", "always @(posedge clk0")],
         absent: &["clocks.both.rst"],
+        least: (76, 29_000),
         ..PLAIN
     }
 }
@@ -365,6 +374,7 @@ pub fn numbers() -> Design {
         mutants: &[("a >= b ?", "a > b ?"), ("(b >> 2)", "(b >>> 2)")],
         absent: &["numbers.clamp.*", "numbers.leading_one.*", "numbers.reversed.*", "numbers.square_root.*"],
         known: Known { words: 0, gates: 5, because: "high bits of `root` are always 0, also before the first clock" },
+        least: (66, 24_900),
         ..PLAIN
     }
 }
@@ -403,6 +413,7 @@ pub fn names() -> Design {
         end: 200,
         mutants: &[("d ^ y", "d & y")],
         gates_know_more: "arithmetic on words is x in all bits where one is",
+        least: (25, 300),
         ..PLAIN
     }
 }
@@ -429,6 +440,7 @@ pub fn cpu() -> Design {
         mutants: &[("{1'b0, a} - {1'b0, b}", "{1'b0, a} - {1'b1, b}")],
         absent: &["cpu.ram.i"],
         recoded: &["cpu.core.state"],
+        least: (78, 75_000),
         ..PLAIN
     }
 }

@@ -102,24 +102,22 @@ impl Level {
         !matches!(self, Level::Words | Level::FlatWords)
     }
 
-    /// The passes of Yosys, and what writes the netlist.
+    /// The passes of Yosys, and what writes the netlist. The last two begin with what `FlatGates` left.
     fn passes(self, design: &Design) -> String {
         let top = design.name;
         // without `tribuf` Yosys makes gates of drivers that are z now and then
-        let begin = format!("hierarchy -check -top {top}; proc; tribuf");
+        let begin = format!("design -load source; hierarchy -check -top {top}; proc; tribuf");
         let synth = design.gates.unwrap_or("synth");
         match self {
-            Level::Words => format!("prep -top {top}; {MEMORIES}write_json"),
-            Level::FlatWords => format!("prep -flatten -top {top}; {MEMORIES}write_json -compat-int"),
+            Level::Words => format!("design -load source; prep -top {top}; write_json"),
+            Level::FlatWords => format!("design -load source; prep -flatten -top {top}; write_json -compat-int"),
             Level::Gates => format!("{begin}; {synth}; write_json"),
-            Level::FlatGates => format!("{begin}; flatten; {synth}; write_json"),
-            Level::Luts => format!("{begin}; flatten; {synth}; abc -lut 4; opt_clean; write_json -compat-int"),
-            Level::Cmos => format!("{begin}; flatten; {synth}; abc -g cmos4; opt_clean; write_json"),
+            Level::FlatGates => format!("{begin}; flatten; {synth}; design -save gates; write_json"),
+            Level::Luts => "design -load gates; abc -lut 4; opt_clean; write_json -compat-int".to_owned(),
+            Level::Cmos => "design -load gates; abc -g cmos4; opt_clean; write_json".to_owned(),
         }
     }
 }
-
-const MEMORIES: &str = "";
 
 /// Runs a tool that must be there.
 fn tool(folder: &Path, name: &str, arguments: &[&str]) -> String {
@@ -194,7 +192,7 @@ impl Design {
     pub fn synthesise(&self, folder: &Path, source: &Path, levels: &[Level]) {
         let mut script = format!("read_verilog {}; design -save source", source.display());
         for level in levels {
-            write!(script, "; design -load source; {} {level:?}.json", level.passes(self)).unwrap();
+            write!(script, "; {} {level:?}.json", level.passes(self)).unwrap();
         }
         tool(folder, "yosys", &["-q", "-p", &script]);
     }

@@ -95,7 +95,7 @@ module numbers (
       sum <= a + b;
       product <= a * b;
       mixed <= a / safe + u % safe - (a % safe);
-      shifts <= (a >>> \at.place ) ^ (u << \at.place [1:0]) ^ (b >> 2);
+      shifts <= (a >>> \at.place ) ^ $signed(u << \at.place [1:0]) ^ (b >> 2);
       written[2 * \at.place +: 2] <= a[\at.place -: 1] + u[1:0];
       ascending <= {up[4:7], up[0:3]} ^ reversed(u);
       ascending[\at.place ] <= ^part[0];
