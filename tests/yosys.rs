@@ -156,6 +156,27 @@ fn ports_that_are_connected_to_nothing() {
     assert_eq!([&i, &o, &n].map(|p| sim.value(p).bit_string()), ["zz", "1001", "x"]);
 }
 
+/// Without `-top` Yosys leaves the modules that it gave parameters beside those that it made of them.
+#[test]
+fn the_top_is_found_beside_originals_of_parametrised_modules() {
+    let folder = folder("yosys_originals");
+    let verilog = "module word #(parameter W = 1, parameter TEXT = \"\") (input [W-1:0] a, output [W-1:0] y);\n\
+        assign y = ~a;\nendmodule\n\
+        module pair #(parameter W = 1) (input [W-1:0] a, output [W-1:0] y);\n\
+        word #(.W(W), .TEXT(\"a text that is too long for a name, or so it seems to be to most of us, and longer\")) \
+        w (a, y);\nendmodule\n\
+        module whole (input [2:0] a, output [2:0] y);\n  pair #(.W(3)) p (.a(a), .y(y));\nendmodule\n";
+    std::fs::write(folder.join("o.v"), verilog).unwrap();
+    tool(&folder, "yosys", &["-q", "-p", "read_verilog o.v; prep; write_json o.json"]);
+    let netlist = std::fs::read_to_string(folder.join("o.json")).unwrap();
+    // both forms of names that Yosys makes, and what it made them of
+    for name in ["\"$paramod\\\\pair\\\\W=", "\"$paramod$", "\"pair\"", "\"word\""] {
+        assert!(netlist.contains(name), "{name}");
+    }
+    let circuit = discreta::circuit::load(folder.join("o.json")).unwrap();
+    assert!(discreta::Simulator::new(&circuit.netlist).probe("p.w.y").is_ok());
+}
+
 /// What `read_verilog -formal` makes of assertions.
 #[test]
 fn assertions_of_verilog() {

@@ -438,7 +438,6 @@ pub fn cpu() -> Design {
         gates: Some(CPU_GATES),
         gates_end: Some(30_000),
         mutants: &[("{1'b0, a} - {1'b0, b}", "{1'b0, a} - {1'b1, b}")],
-        absent: &["cpu.ram.i"],
         recoded: &["cpu.core.state"],
         least: (78, 75_000),
         ..PLAIN

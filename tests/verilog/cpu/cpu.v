@@ -184,6 +184,15 @@ module core #(parameter [31:0] START = 0) (
     .data(load ? loaded : lui ? immediate : auipc ? sum : jal | jalr ? following : result)
   );
 
+  // it also begins without a reset
+  initial begin
+    state = FETCH;
+    pc = START;
+    trap = 0;
+    instruction = 0;
+    {a, b, immediate} = 0;
+    {load, store, branch, jal, jalr, lui, auipc, by_immediate, by_register} = 0;
+  end
   always @(posedge clk)
     if (rst) begin
       state <= FETCH;
@@ -224,11 +233,13 @@ module ram #(parameter PROGRAM = "program.hex", parameter BITS = 12) (
 );
   reg [31:0] words [0:(1<<BITS)-1];
   initial $readmemh(PROGRAM, words);
-  integer i;
   always @(posedge clk)
     if (enable) begin
       if (write_mask == 0) read_data <= words[address];
-      for (i = 0; i < 4; i = i + 1) if (write_mask[i]) words[address][8*i +: 8] <= write_data[8*i +: 8];
+      if (write_mask[0]) words[address][7:0] <= write_data[7:0];
+      if (write_mask[1]) words[address][15:8] <= write_data[15:8];
+      if (write_mask[2]) words[address][23:16] <= write_data[23:16];
+      if (write_mask[3]) words[address][31:24] <= write_data[31:24];
     end
 endmodule
 
@@ -258,6 +269,7 @@ module cpu #(parameter PROGRAM = "program.hex") (
   );
 
   wire port = request & address[31:28] == 4'd1 & write_mask != 0;
+  initial {put, character, done, status, cycles, reads_cycles} = 0;
   always @(posedge clk)
     if (rst) begin
       put <= 0;
