@@ -151,19 +151,15 @@ impl Memory {
         }
     }
 
-    /// The word that an address means, if it is known and there is one. As in Verilog the difference to the offset is
-    /// one of 32 bits, or of those of the address if it has more.
+    /// The word that an address means, if it is known and there is one. As in Verilog an address has no sign, and the
+    /// difference to the offset is one of 32 bits, or of those of the address if it has more.
     #[inline(always)]
     #[must_use]
     pub fn index(&self, address: Word) -> Option<u32> {
         if address.u != 0 {
             return None;
         }
-        let offset = self.offset as u32;
-        let index = match self.abits {
-            0..=32 => u64::from((address.v as u32).wrapping_sub(offset)),
-            _ => address.v.wrapping_sub(offset.into()) & mask(self.abits),
-        };
+        let index = address.v.wrapping_sub(i64::from(self.offset) as u64) & mask(self.abits.max(32));
         (index < u64::from(self.size)).then_some(index as u32)
     }
 

@@ -284,7 +284,7 @@ impl Build<'_> {
             }
             Code::MemoryWrite => {
                 let memory = &self.program.memories[op.ext as usize];
-                read(memory.contents);
+                read(memory.contents + 1);
                 for (_, port) in memory.kind.writes.iter().zip(&memory.writes).filter(|p| p.0.clock.is_none()) {
                     read(port.address.slot);
                     for words in [&port.data, &port.enable] {

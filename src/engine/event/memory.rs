@@ -59,8 +59,8 @@ impl Build<'_> {
         let number = self.program.memories.len();
         self.memories.push((cell, number));
         let contents = self.program.initial.len() as u32;
-        self.program.initial.push(Word::ZERO);
-        self.program.slot_net.push(u32::MAX);
+        self.program.initial.extend([Word::ZERO; 2]);
+        self.program.slot_net.extend([u32::MAX; 2]);
         let output = self.output(cell, 0);
         let mut made = MemoryCell { kind: Box::new(memory.clone()), contents, reads: Vec::new(), writes: Vec::new() };
         for (port, spec) in memory.reads.iter().enumerate() {
@@ -180,6 +180,8 @@ pub(super) struct Put {
     at: u32,
     bits: u64,
     word: Word,
+    /// Whether a port with a clock wrote it.
+    clocked: bool,
 }
 
 /// What memories hold and what is to become of it.
@@ -289,7 +291,7 @@ impl State {
             let address = self.read(write.address, mask(cell.kind.abits));
             let puts = &mut self.memories.puts;
             cell.kind.write(address, &data[..n], &enable[..n], |at, bits, word| {
-                puts.push(Put { memory: op.ext, at: at as u32, bits, word });
+                puts.push(Put { memory: op.ext, at: at as u32, bits, word, clocked: false });
             });
         }
         (self.memories.data, self.memories.enable) = (data, enable);
@@ -327,7 +329,7 @@ impl State {
             for w in writes.iter().enumerate().map(written) {
                 let puts = &mut self.memories.puts;
                 memory.write(w.address, w.data, w.enable, |at, bits, word| {
-                    puts.push(Put { memory: number, at: at as u32, bits, word });
+                    puts.push(Put { memory: number, at: at as u32, bits, word, clocked: true });
                 });
             }
             for e in reads {
@@ -359,7 +361,7 @@ impl State {
         }
         self.memories.parts.clear();
         for i in 0..self.memories.puts.len() {
-            let Put { memory, at, bits, word } = self.memories.puts[i];
+            let Put { memory, at, bits, word, clocked } = self.memories.puts[i];
             let to = &mut self.memories.contents[memory as usize][at as usize];
             let new = merged(*to, bits, word);
             if *to != new {
@@ -368,6 +370,9 @@ impl State {
                 // so that a loop through the contents is not taken for one that has come back to where it was
                 self.slots[slot as usize].v = self.slots[slot as usize].v.wrapping_add(1);
                 self.wake(p, slot);
+                if clocked {
+                    self.wake(p, slot + 1);
+                }
             }
         }
         self.memories.puts.clear();

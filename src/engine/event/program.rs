@@ -162,7 +162,8 @@ pub(super) struct MemoryWrite {
 #[derive(Clone, Debug)]
 pub(super) struct MemoryCell {
     pub kind: Box<Memory>,
-    /// A slot without a net whose readers are what a change of the contents wakes.
+    /// A slot without a net whose readers are what a change of the contents wakes. Those of the next are what a change
+    /// by a port with a clock wakes.
     pub contents: u32,
     pub reads: Vec<MemoryRead>,
     pub writes: Vec<MemoryWrite>,
