@@ -218,10 +218,7 @@ impl Design {
 
     /// Whether a net that Icarus has may be missing in a netlist of words.
     pub fn may_lack(&self, net: &str) -> bool {
-        self.absent.iter().any(|pattern| match pattern.split_once('*') {
-            Some((begin, end)) => net.starts_with(begin) && net.ends_with(end) && net.len() >= begin.len() + end.len(),
-            None => net == *pattern,
-        })
+        self.absent.iter().any(|pattern| matches(net, pattern))
     }
 
     /// The ports of the top module.
@@ -239,6 +236,10 @@ impl Design {
     pub fn compare(&self, folder: &Path, icarus: &mut Waves, ours: &mut Waves, level: Level) -> Compared {
         let from = if level.is_gates() { self.known.gates } else { self.known.words };
         let ports = self.ports(folder, level);
+        for port in &ports {
+            let has = |waves: &Waves, above: &str| waves.find(&format!("{above}{}.{port}", self.name)).is_some();
+            assert!(has(icarus, "bench.") && has(ours, ""), "{} {level:?} has no {port}", self.name);
+        }
         let rules = Rules {
             over: from..self.end_at(level),
             may_lose: level.is_gates().then_some(&ports[..]),
@@ -246,5 +247,13 @@ impl Design {
             x_is_free: level.is_gates() && !self.gates_know_more.is_empty(),
         };
         compare(icarus, ours, &rules)
+    }
+}
+
+/// Whether a net is meant by a name with at most one `*`.
+pub fn matches(net: &str, pattern: &str) -> bool {
+    match pattern.split_once('*') {
+        Some((begin, end)) => net.starts_with(begin) && net.ends_with(end) && net.len() >= begin.len() + end.len(),
+        None => net == pattern,
     }
 }
