@@ -6,11 +6,15 @@
 
 pub mod diff;
 pub mod layout;
+mod names;
 pub mod output;
+pub mod play;
 mod precheck;
 pub mod read;
 mod report;
+pub mod select;
 pub mod vcd;
+mod walk;
 
 use std::io;
 
