@@ -233,7 +233,7 @@ pub struct WaveArgs {
     #[arg(long, value_name = "SIDE", requires = "expect")]
     pub ignore_x: Option<DontCare>,
 
-    /// Let an input change before all others of its time, as clocks do; may be given several times
+    /// Let an input change before all others of its time, in place of the clocks; may be given several times
     #[arg(long, value_name = "NET", requires = "stimulus")]
     pub first: Vec<String>,
 }

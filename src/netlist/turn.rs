@@ -10,10 +10,16 @@ use crate::cell::{GateOp, Role};
 pub enum Turn {
     /// First: clocks.
     Clock,
-    /// Then those that are a clock to some cells, and that cells of another clock sample as data.
+    /// What is a clock to some cells, and what cells of another clock sample as data: with the data if a clock changes
+    /// too, which has then made it; else first.
     Strobe,
     /// Then all others.
     Data,
+}
+
+impl Turn {
+    /// Every turn.
+    pub const ALL: [Turn; 3] = [Turn::Clock, Turn::Strobe, Turn::Data];
 }
 
 /// A bit of a net.
@@ -36,36 +42,26 @@ impl Turns {
 impl Netlist {
     /// When each input takes effect. A clock is what clocks a storage cell through buffers and inverters at most. Where
     /// a cell is clocked through other gates, those of their inputs are clocks that are so elsewhere; if none is, all of
-    /// them. Inputs in `first` are clocks whatever they do, and then no other is among the first.
+    /// them.
     #[must_use]
-    pub fn turns(&self, first: &[NetId]) -> Turns {
+    pub fn turns(&self) -> Turns {
         let (direct, through) = self.clock_inputs();
-        let named: HashSet<NetId> = first.iter().copied().collect();
         let mut clocks: BTreeSet<Bit> = direct.clone();
         for inputs in &through {
-            let known = |bit: &Bit| direct.contains(bit) || named.contains(&bit.0);
-            if !inputs.iter().any(known) {
+            if inputs.is_disjoint(&direct) {
                 clocks.extend(inputs);
             }
         }
-        let mut turns = Turns::default();
-        for &bit in &clocks {
-            let other = if named.is_empty() { Turn::Clock } else { Turn::Strobe };
-            turns.early.insert(bit, other);
-        }
-        for &net in first {
-            for bit in 0..self.net(net).width {
-                turns.early.insert((net, bit), Turn::Clock);
-            }
-        }
-        if named.is_empty() && clocks.len() > 1 {
-            for &bit in &clocks {
-                if self.is_sampled_by_another(bit) {
-                    turns.early.insert(bit, Turn::Strobe);
-                }
-            }
-        }
-        turns
+        let several = clocks.len() > 1;
+        let turn = |bit| if several && self.is_sampled_by_another(bit) { Turn::Strobe } else { Turn::Clock };
+        Turns { early: clocks.into_iter().map(|bit| (bit, turn(bit))).collect() }
+    }
+
+    /// The same if these inputs, given by their nets, are the clocks, whatever they do, and no others.
+    #[must_use]
+    pub fn turns_with(&self, first: &[NetId]) -> Turns {
+        let bits = first.iter().flat_map(|&net| (0..self.net(net).width).map(move |bit| (net, bit)));
+        Turns { early: bits.map(|bit| (bit, Turn::Clock)).collect() }
     }
 
     /// The input bits that clock a cell through buffers and inverters at most, and, for each net behind other gates that
@@ -191,10 +187,13 @@ mod tests {
     use super::*;
     use crate::netlist::{Builder, Bus};
 
-    fn turn(netlist: &Netlist, first: &[&str], name: &str) -> Turn {
-        let drive = |name: &str| netlist.signal(netlist.find(name).unwrap()).drive.unwrap();
-        let first: Vec<NetId> = first.iter().map(|name| drive(name)).collect();
-        netlist.turns(&first).of(drive(name), 0)
+    fn drive(netlist: &Netlist, name: &str) -> NetId {
+        netlist.signal(netlist.find(name).unwrap()).drive.unwrap()
+    }
+
+    fn turns<const N: usize>(netlist: &Netlist, names: [&str; N]) -> [Turn; N] {
+        let turns = netlist.turns();
+        names.map(|name| turns.of(drive(netlist, name), 0))
     }
 
     fn flop(b: &mut Builder, name: &str, clk: &Bus, d: &Bus) {
@@ -209,7 +208,7 @@ mod tests {
         let not_clk = b.not("not1", &clk);
         flop(&mut b, "ff", &not_clk, &d);
         let netlist = b.finish().unwrap();
-        assert_eq!([turn(&netlist, &[], "clk"), turn(&netlist, &[], "d")], [Turn::Clock, Turn::Data]);
+        assert_eq!(turns(&netlist, ["clk", "d"]), [Turn::Clock, Turn::Data]);
     }
 
     #[test]
@@ -217,17 +216,16 @@ mod tests {
         let gated = |also_direct: bool| {
             let mut b = Builder::new("top");
             let (clk, en, d) = (b.input("clk", 1), b.input("en", 1), b.input("d", 1));
-            let gated = b.and("and1", &[&clk, &en]);
+            let gated = b.gate("and1", GateOp::And, &[&clk, &en]);
             flop(&mut b, "ff", &gated, &d);
             if also_direct {
                 flop(&mut b, "other", &clk, &d);
             }
             b.finish().unwrap()
         };
-        let of = |netlist: &Netlist, first: &[&str]| ["clk", "en", "d"].map(|name| turn(netlist, first, name));
-        assert_eq!(of(&gated(true), &[]), [Turn::Clock, Turn::Data, Turn::Data]);
-        assert_eq!(of(&gated(false), &[]), [Turn::Clock, Turn::Clock, Turn::Data]);
-        assert_eq!(of(&gated(false), &["clk"]), [Turn::Clock, Turn::Data, Turn::Data]);
+        let of = |netlist: &Netlist| turns(netlist, ["clk", "en", "d"]);
+        assert_eq!(of(&gated(true)), [Turn::Clock, Turn::Data, Turn::Data]);
+        assert_eq!(of(&gated(false)), [Turn::Clock, Turn::Clock, Turn::Data]);
     }
 
     #[test]
@@ -235,12 +233,14 @@ mod tests {
         let mut b = Builder::new("top");
         let (clk, strobe, d) = (b.input("clk", 1), b.input("strobe", 1), b.input("d", 1));
         flop(&mut b, "counter", &strobe, &d);
-        let mixed = b.and("and1", &[&strobe, &d]);
+        let mixed = b.gate("and1", GateOp::And, &[&strobe, &d]);
         flop(&mut b, "sampler", &clk, &mixed);
         let netlist = b.finish().unwrap();
-        let of = |first: &[&str]| ["clk", "strobe", "d"].map(|name| turn(&netlist, first, name));
-        assert_eq!(of(&[]), [Turn::Clock, Turn::Strobe, Turn::Data]);
-        assert_eq!(of(&["strobe"]), [Turn::Strobe, Turn::Clock, Turn::Data]);
-        assert_eq!(of(&["strobe", "clk"]), [Turn::Clock, Turn::Clock, Turn::Data]);
+        assert_eq!(turns(&netlist, ["clk", "strobe", "d"]), [Turn::Clock, Turn::Strobe, Turn::Data]);
+        let named = netlist.turns_with(&[drive(&netlist, "strobe")]);
+        assert_eq!(
+            ["clk", "strobe", "d"].map(|name| named.of(drive(&netlist, name), 0)),
+            [Turn::Data, Turn::Clock, Turn::Data]
+        );
     }
 }

@@ -11,7 +11,7 @@ use crate::Value;
 use crate::engine::{Engine, UnknownControl, Unsettled};
 use crate::exchange::yosys::Monitor;
 use crate::exchange::yosys::monitor::{Seen, When};
-use crate::netlist::{Netlist, SignalId, Turn};
+use crate::netlist::{Netlist, SignalId};
 use crate::simulator::read_bits;
 use crate::value::Word;
 use crate::value::word::words;
@@ -373,16 +373,14 @@ fn instants(
         if let Some(feed) = &mut fed {
             // clocks change together with the other clocks and the delays of this tick; at first all
             feed.step();
-            feed.drive(engine, (!first).then_some(Turn::Clock));
+            feed.drive_first(engine, first);
         }
         engine.advance(target)?;
         let now = engine.now();
-        if let Some(feed) = fed.filter(|_| !first) {
+        if let Some(feed) = fed {
             engine.settle()?;
-            for turn in [Turn::Strobe, Turn::Data] {
-                if feed.drive(engine, Some(turn)) {
-                    engine.settle()?;
-                }
+            if feed.drive_rest(engine) {
+                engine.settle()?;
             }
         }
         first = false;

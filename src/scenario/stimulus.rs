@@ -29,7 +29,7 @@ pub struct WaveStimulus {
     pub wave: Spanned<String>,
     /// Where in its hierarchy the circuit stands, as in `bench.dut`. Default: where the inputs are found.
     pub scope: Option<Spanned<String>>,
-    /// Inputs that change before all others of their time, as a clock does. Default: those that are clocks.
+    /// Inputs that change before all others of their time. Default: those that are clocks.
     #[serde(default, deserialize_with = "json::every")]
     pub first: Vec<Name>,
     /// Whether the nets of the circuit must be what they are in the waveform.

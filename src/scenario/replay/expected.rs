@@ -1,7 +1,5 @@
 //! What a circuit's nets are in the waveform that drives it, and whether they were the same in the run.
 
-use std::collections::HashSet;
-
 use super::names::{Mismatch, named};
 use super::{Finder, Replay, differs};
 use crate::diag::{Code, Diagnostic};
@@ -26,8 +24,8 @@ pub struct Expected {
 }
 
 impl Expected {
-    /// Every net that people named and that is in the scope or below it, but inputs, which the waveform itself drives.
-    pub(super) fn find(finder: &mut Finder<'_>, scope: &str, driven: &HashSet<SignalId>) -> Option<Expected> {
+    /// Every net that people named and that is in the scope or below it, but inputs.
+    pub(super) fn find(finder: &mut Finder<'_>, scope: &str) -> Option<Expected> {
         let (netlist, wave) = (finder.netlist, finder.wave);
         let mut ignored = Vec::new();
         for glob in &wave.ignore {
@@ -43,7 +41,7 @@ impl Expected {
         let mut expected = Expected { signals: Vec::new(), parts: Vec::new(), unlike: Vec::new(), loose };
         for signal in named(netlist) {
             let s = netlist.signal(signal);
-            if driven.contains(&signal) && s.port == Some(Direction::Input) {
+            if s.port == Some(Direction::Input) {
                 continue;
             }
             let path = glob_path(netlist, signal);

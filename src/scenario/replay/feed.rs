@@ -14,6 +14,8 @@ pub struct Feed<'r> {
     inputs: Vec<Input>,
     /// Inputs that change at the present tick.
     changed: Vec<usize>,
+    /// The turns of this tick that are still to come.
+    rest: Vec<Turn>,
 }
 
 /// An input.
@@ -43,6 +45,7 @@ impl<'r> Feed<'r> {
             player: replay.tracks.play(&replay.waves),
             inputs: replay.inputs.iter().map(input).collect(),
             changed: Vec::new(),
+            rest: Vec::new(),
         }
     }
 
@@ -57,7 +60,7 @@ impl<'r> Feed<'r> {
         for input in self.changed.drain(..) {
             self.inputs[input].changes = false;
         }
-        let Feed { replay, player, inputs, changed } = self;
+        let Feed { replay, player, inputs, changed, .. } = self;
         player.step(&mut |lane, bits| {
             let (input, at, width) = replay.lanes[lane];
             bits.write(&mut inputs[input].value, at, width);
@@ -67,24 +70,45 @@ impl<'r> Feed<'r> {
         });
     }
 
-    /// Gives the engine what changes in one turn, or in all of them. Returns whether there was anything.
-    pub fn drive(&mut self, engine: &mut dyn Engine, turn: Option<Turn>) -> bool {
+    /// Gives the engine what comes first: the clocks, or, where none changes, what else is a clock; or `all`.
+    pub fn drive_first(&mut self, engine: &mut dyn Engine, all: bool) {
+        self.rest.clear();
+        if all {
+            for turn in Turn::ALL {
+                self.drive(engine, turn);
+            }
+        } else if self.drive(engine, Turn::Clock) {
+            self.rest.extend([Turn::Strobe, Turn::Data]);
+        } else {
+            self.drive(engine, Turn::Strobe);
+            self.rest.push(Turn::Data);
+        }
+    }
+
+    /// Gives the engine the other changes. Returns whether there are any.
+    pub fn drive_rest(&mut self, engine: &mut dyn Engine) -> bool {
+        let mut any = false;
+        for turn in std::mem::take(&mut self.rest) {
+            any |= self.drive(engine, turn);
+        }
+        any
+    }
+
+    /// Gives the engine what changes in one turn. Returns whether there is anything.
+    fn drive(&mut self, engine: &mut dyn Engine, turn: Turn) -> bool {
         let mut any = false;
         for &i in &self.changed {
             let (driven, input) = (&self.replay.inputs[i], &mut self.inputs[i]);
-            let Some(turn) = turn else {
-                input.given.clone_from(&input.value);
+            let Some((_, bits)) = driven.turns.iter().find(|(t, _)| *t == turn) else { continue };
+            let mut changes = false;
+            for ((given, new), mask) in input.given.iter_mut().zip(&input.value).zip(bits) {
+                let word = Word { v: given.v & !mask | new.v & mask, u: given.u & !mask | new.u & mask };
+                changes |= std::mem::replace(given, word) != word;
+            }
+            if changes {
                 engine.drive(driven.net, &input.given);
                 any = true;
-                continue;
-            };
-            let Some((_, bits)) = driven.turns.iter().find(|(t, _)| *t == turn) else { continue };
-            for ((given, new), mask) in input.given.iter_mut().zip(&input.value).zip(bits) {
-                given.v = given.v & !mask | new.v & mask;
-                given.u = given.u & !mask | new.u & mask;
             }
-            engine.drive(driven.net, &input.given);
-            any = true;
         }
         any
     }

@@ -5,7 +5,6 @@ mod expected;
 mod feed;
 mod names;
 
-use std::collections::HashSet;
 use std::fmt;
 use std::path::Path;
 
@@ -105,7 +104,7 @@ impl Replay {
         }
         let first: Vec<NetId> =
             wave.first.iter().filter_map(|name| first(netlist, name, &inputs, diagnostics)).collect();
-        let turns = netlist.turns(&first);
+        let turns = if wave.first.is_empty() { netlist.turns() } else { netlist.turns_with(&first) };
         let mut clock = None;
         for driven in &mut inputs {
             for bit in 0..driven.width {
@@ -313,9 +312,8 @@ impl Finder<'_> {
             self.diagnostics
                 .push(fault.help("give it by `-s NET=VALUE` or `--clock NET=PERIOD`, or name another scope"));
         }
-        let driven: HashSet<SignalId> = found.iter().map(|(s, _)| *s).collect();
         let expected = match self.wave.expect {
-            true => Some(Expected::find(&mut self, &scope, &driven)?),
+            true => Some(Expected::find(&mut self, &scope)?),
             false => None,
         };
         Some((scope, found, expected))
