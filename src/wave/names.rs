@@ -10,7 +10,7 @@ use super::Layout;
 use super::read::{Fault, ValueKind, WaveVar};
 
 /// Scopes inside one another.
-const MAX_DEPTH: usize = 10_000;
+pub(super) const MAX_DEPTH: usize = 10_000;
 
 /// The names of a waveform.
 pub(super) struct Names {
