@@ -14,6 +14,7 @@ use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Sources, Span};
 use crate::exchange::yosys::{self, Imported, Monitor, Origins};
 use crate::netlist::{CellId, Netlist, SignalId};
 use crate::scenario::Simulation;
+use crate::timescale::Timescale;
 
 /// A circuit ready to run.
 #[derive(Debug)]
@@ -36,6 +37,14 @@ pub struct Circuit {
 }
 
 impl Circuit {
+    /// Takes a tick for what it is elsewhere, if the file does not say what it is here: a netlist of Yosys has a tick of
+    /// 1 ns by convention only.
+    pub(crate) fn adopt(&mut self, timescale: Timescale) {
+        if self.origins.is_some() {
+            self.netlist.set_timescale(timescale);
+        }
+    }
+
     /// Where a signal is declared.
     #[must_use]
     pub fn place(&self, signal: SignalId) -> Span {

@@ -210,6 +210,34 @@ pub struct EngineArgs {
     pub x_control: XControl,
 }
 
+/// A waveform that drives the inputs.
+#[derive(Args, Debug, Clone)]
+pub struct WaveArgs {
+    /// Drive the inputs, clocks too, as the nets of their names in a waveform: VCD, FST or GHW
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub stimulus: Option<PathBuf>,
+
+    /// Where in the waveform the circuit stands, e.g. bench.dut; by default where its inputs are found
+    #[arg(long, value_name = "PATH", requires = "stimulus")]
+    pub scope: Option<String>,
+
+    /// Compare the outputs and every named net with the waveform
+    #[arg(long, requires = "stimulus")]
+    pub expect: bool,
+
+    /// Do not compare nets that match, e.g. 'cache.**'; may be given several times
+    #[arg(long, value_name = "GLOB", requires = "expect")]
+    pub ignore: Vec<String>,
+
+    /// Let x in one of the two agree with anything; otherwise x agrees only with x
+    #[arg(long, value_name = "SIDE", requires = "expect")]
+    pub ignore_x: Option<DontCare>,
+
+    /// Let an input change before all others of its time, in place of the clocks; may be given several times
+    #[arg(long, value_name = "NET", requires = "stimulus")]
+    pub first: Vec<String>,
+}
+
 /// `discreta run`.
 #[derive(Args, Debug, Clone)]
 #[command(after_help = "\
@@ -223,6 +251,9 @@ Examples:
 
   discreta run cpu.json --clock clk=10ns -s rst=0 --cycles 1000 -o cpu.vcd
         a netlist that Yosys wrote: yosys -p \"read_verilog cpu.v; prep; write_json cpu.json\"
+  discreta run cpu.json --stimulus icarus.vcd --scope bench.cpu --expect
+        driven as another simulator did it, and compared with what that got (a; b is this run)
+
 Values are numbers (5, -1) or literals (4'b10x1, 8'hff).
 Exit status: 0 stopped as asked; 1 a limit was hit first, or an expectation failed; 2 usage, input or output.")]
 pub struct RunArgs {
@@ -270,6 +301,10 @@ pub struct RunArgs {
     /// Text or JSON.
     #[command(flatten)]
     pub format: FormatArgs,
+
+    /// A waveform as stimulus.
+    #[command(flatten)]
+    pub wave: WaveArgs,
 
     /// Say more: every output, warnings in full, times
     #[arg(short, long)]

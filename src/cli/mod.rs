@@ -19,6 +19,8 @@ pub mod output;
 pub mod plot;
 mod prepare;
 pub mod progress;
+mod replay;
+mod report;
 pub mod run;
 pub mod schema;
 pub mod stats;

@@ -134,6 +134,8 @@ codes! {
         "A pattern for nets cannot be read.";
     Error BadScenario "bad-scenario":
         "A scenario contradicts itself, such as a clock with both `high` and `duty`.";
+    Error BadWave "bad-wave":
+        "A waveform that is to drive a circuit cannot be read, or does not have the circuit's inputs.";
     Error UnsupportedCell "unsupported-cell":
         "A netlist of another tool has a cell that cannot be simulated, or that does not fit together.";
     Error Unsettled "unsettled":

@@ -14,6 +14,7 @@ mod id;
 mod join;
 mod order;
 pub mod stats;
+mod turn;
 mod wires;
 
 use std::sync::OnceLock;
@@ -29,6 +30,7 @@ pub use fault::Fault;
 pub use id::{CellId, NetId, ScopeId, SignalId};
 pub use order::{Loop, Order};
 pub use stats::Stats;
+pub use turn::{Turn, Turns};
 
 /// `width` bits of a net from bit `lo` up.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -138,6 +140,11 @@ impl Netlist {
     #[must_use]
     pub fn timescale(&self) -> Timescale {
         self.timescale
+    }
+
+    /// Makes a tick something else, where nothing but convention said what it is.
+    pub(crate) fn set_timescale(&mut self, timescale: Timescale) {
+        self.timescale = timescale;
     }
 
     /// The nets.
