@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value as Json, json};
 
-use super::args::{ElaborationArgs, EngineArgs, Format, RunArgs, XControl};
+use super::args::{Assignment, ElaborationArgs, EngineArgs, Format, RunArgs, XControl};
 use super::monitor::{SAID, say};
-use super::prepare::{Changes, Prepared, cycles, prepare};
+use super::prepare::{Changes, Prepared, cycles, prepare, typed};
 use super::progress::Progress;
 use super::{CliError, Out, Status, interrupt, timing};
 use crate::Value;
@@ -105,6 +105,11 @@ pub(super) fn loader(args: &ElaborationArgs) -> Result<Loader, CliError> {
     let mut loader = Loader::new(limits(&args.limit)?);
     if let Some(top) = &args.top {
         loader.set_top(top);
+    }
+    // of several for one memory the last counts
+    for Assignment { name, value } in args.memory.iter().rev() {
+        let (name, place) = typed(&mut loader, "--memory", name, value);
+        loader.fill_memory(name, Path::new(value), place);
     }
     Ok(loader)
 }
