@@ -173,6 +173,10 @@ pub struct ElaborationArgs {
     #[arg(long, value_name = "MODULE")]
     pub top: Option<String>,
 
+    /// Fill a memory of a Yosys netlist from a file as $readmemh does, e.g. cpu.ram=program.hex; may be given several times
+    #[arg(long, value_name = "NAME=FILE", value_parser = assignment)]
+    pub memory: Vec<Assignment>,
+
     /// Raise a limit, e.g. width=100000; may be given several times
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     pub limit: Vec<Assignment>,

@@ -1,11 +1,11 @@
 //! `discreta run`: a circuit, its scenario, a summary, a waveform.
 
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::args::{ElaborationArgs, EngineArgs, Format, RunArgs, XControl};
+use super::args::{Assignment, ElaborationArgs, EngineArgs, Format, RunArgs, XControl};
 use super::monitor::say;
-use super::prepare::{Changes, Prepared, prepare};
+use super::prepare::{Changes, Prepared, prepare, typed};
 use super::progress::Progress;
 use super::report::{Report, time};
 use super::{CliError, Out, Status, interrupt, replay, waveforms};
@@ -79,6 +79,11 @@ pub(super) fn loader(args: &ElaborationArgs) -> Result<Loader, CliError> {
     let mut loader = Loader::new(limits(&args.limit)?);
     if let Some(top) = &args.top {
         loader.set_top(top);
+    }
+    // of several for one memory the last counts
+    for Assignment { name, value } in args.memory.iter().rev() {
+        let (name, place) = typed(&mut loader, "--memory", name, value);
+        loader.fill_memory(name, Path::new(value), place);
     }
     Ok(loader)
 }
