@@ -4,6 +4,7 @@ use super::design::Writer;
 use super::text::{literal, range, repeat, zeros};
 use crate::cell::{CellKind, Counter, Edge, Flop};
 use crate::netlist::hierarchy::{Cell, Piece};
+use crate::netlist::{NetId, Netlist};
 use crate::{Logic, Value};
 
 /// Whether a control can never be 1: it is open or tied.
@@ -65,7 +66,10 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
     match (kind, form(cell, kind)) {
         (CellKind::Clock(c), _) => {
             let own = [("PERIOD", c.period), ("HIGH", c.high), ("PHASE", c.phase)];
-            let own = own.map(|(n, v)| (n.to_owned(), format!("64'd{v}")));
+            let mut own = own.map(|(n, v)| (n.to_owned(), format!("64'd{v}"))).to_vec();
+            if !is_clock(w.netlist, w.netlist.output(cell.id, 0)) {
+                own.push(("LEVEL".to_owned(), "1".to_owned()));
+            }
             module(w, cell, "discreta_clock", &own, &[]);
         }
         (CellKind::Delay { width, ticks, init }, _) => {
@@ -115,6 +119,11 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
         (_, Form::Module) => {}
         (_, Form::Always) => always(w, cell, kind, &name),
     }
+}
+
+/// Whether a net is some cell's clock.
+pub(super) fn is_clock(netlist: &Netlist, net: NetId) -> bool {
+    netlist.cell_ids().any(|c| netlist.clock_source(c).is_some_and(|(bit, _)| bit.net == net))
 }
 
 fn zero(width: u32, q: &str) -> String {
