@@ -202,7 +202,9 @@ fn what_comes_back_from_yosys_is_the_same() {
         let theirs: HashMap<&str, &Vec<(u64, String)>> = theirs.iter().map(|(n, c)| (n.as_str(), c)).collect();
         let before = counts.nets;
         for (net, changes) in &ours {
-            let Some(found) = theirs.get(net.as_str()) else {
+            // a name that stays, without what drove it: nothing needed it
+            let undriven = |found: &&&Vec<(u64, String)>| level != "hierarchy -auto-top; proc" && found[0].1.contains('z');
+            let Some(found) = theirs.get(net.as_str()).filter(|found| !undriven(found)) else {
                 gone += 1;
                 continue;
             };
