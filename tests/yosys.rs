@@ -6,6 +6,7 @@ mod support;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use needs::needs;
 use serde_json::{Value as Json, json};
 use support::{folder, repository};
 
@@ -74,6 +75,7 @@ fn names_of_icarus(folder: &Path) -> PathBuf {
 
 /// Every named net has Icarus' value at every time, at each level at which Yosys can write the design; names with dots,
 /// `=` and backslashes and the hierarchy, flattened or not, are those of the source.
+#[needs(iverilog, yosys)]
 #[test]
 fn a_design_at_every_level_is_what_icarus_runs() {
     let folder = folder("yosys_levels");
@@ -106,6 +108,7 @@ fn a_design_at_every_level_is_what_icarus_runs() {
 }
 
 /// `-s`, `--until` and `--trace` reach names with dots and `=`.
+#[needs(yosys)]
 #[test]
 fn names_on_the_command_line() {
     let folder = folder("yosys_names");
@@ -143,6 +146,7 @@ fn names_on_the_command_line() {
     assert!(text(&missing.stderr).contains("drive one: `--clock clk=10ns`"), "{}", text(&missing.stderr));
 }
 
+#[needs(yosys)]
 #[test]
 fn stats_name_the_source() {
     let folder = folder("yosys_stats");
@@ -214,6 +218,7 @@ fn prints_and_checks_speak_with_time_and_source() {
 }
 
 /// What `read_verilog -formal` makes of assertions.
+#[needs(yosys)]
 #[test]
 fn assertions_of_verilog() {
     let folder = folder("yosys_assertions");

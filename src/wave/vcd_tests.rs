@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use needs::needs;
 use proptest::prelude::*;
 
 use super::*;
@@ -237,6 +238,7 @@ fn cut_off_at_a_line_it_reads_as_the_run_up_to_there() {
     assert!(cuts > 60, "{cuts}");
 }
 
+#[needs(vcd2fst)]
 #[test]
 fn gtkwave_takes_it() {
     let (widths, steps) = sample();

@@ -1,6 +1,7 @@
 //! The cells of one bit: all combinations of all values, and every flip-flop and latch in every polarity.
 
 use discreta::{Logic, Value};
+use needs::needs;
 
 use crate::batch::{Cell, compare};
 use crate::support::Rng;
@@ -114,12 +115,14 @@ fn storage(name: &str, init: Option<Value>) -> Cell {
     cell
 }
 
+#[needs(iverilog, yosys)]
 #[test]
 fn combinational_gates() {
     let cells: Vec<Cell> = COMBINATIONAL.iter().map(|k| combinational(k)).collect();
     compare("gates", &cells, 600);
 }
 
+#[needs(iverilog, yosys)]
 #[test]
 fn flip_flops_and_latches_of_one_bit() {
     let mut rng = Rng::named("fine");

@@ -1,6 +1,7 @@
 //! Flip-flops, registers and latches of words.
 
 use discreta::Value;
+use needs::needs;
 
 use crate::batch::{Cell, compare};
 use crate::support::Rng;
@@ -69,6 +70,7 @@ fn cell(kind: &str, rng: &mut Rng) -> Cell {
     cell
 }
 
+#[needs(iverilog, yosys)]
 #[test]
 fn flip_flops_and_latches_of_words() {
     let mut rng = Rng::named("storage");

@@ -1,6 +1,7 @@
 //! Combinational cells of words.
 
 use discreta::Value;
+use needs::needs;
 
 use crate::batch::{Cell, compare};
 use crate::support::Rng;
@@ -259,21 +260,25 @@ fn compare_some(name: &str, kinds: &[&str]) {
     compare(name, &cells, VECTORS);
 }
 
+#[needs(iverilog, yosys)]
 #[test]
 fn bitwise_and_logical_cells() {
     compare_some("bitwise", &CELLS[..14]);
 }
 
+#[needs(iverilog, yosys)]
 #[test]
 fn shifts_and_comparisons() {
     compare_some("shifts", &CELLS[14..28]);
 }
 
+#[needs(iverilog, yosys)]
 #[test]
 fn arithmetic() {
     compare_some("arithmetic", &CELLS[28..38]);
 }
 
+#[needs(iverilog, yosys)]
 #[test]
 fn choices_and_carries() {
     compare_some("choices", &CELLS[38..]);
