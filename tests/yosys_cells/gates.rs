@@ -33,7 +33,7 @@ pub const COMBINATIONAL: &[&str] = &[
 const LETTERS: [&str; 16] = ["A", "B", "C", "D", "E", "F", "G", "H", "I", "J", "K", "L", "M", "N", "O", "P"];
 const SELECTS: [&str; 4] = ["S", "T", "U", "V"];
 
-fn combinational(kind: &str) -> Cell {
+pub fn combinational(kind: &str) -> Cell {
     let ports: Vec<&'static str> = match kind {
         "$_BUF_" | "$_NOT_" => vec!["A"],
         "$_MUX_" | "$_NMUX_" => vec!["A", "B", "S"],
@@ -82,7 +82,7 @@ pub fn storage_names() -> Vec<String> {
     names
 }
 
-fn storage(name: &str, init: Option<Value>) -> Cell {
+pub fn storage(name: &str, init: Option<Value>) -> Cell {
     let parts: Vec<&str> = name.trim_matches(['$', '_']).split('_').collect();
     let letters = parts.get(1).copied().unwrap_or_default();
     // ports in the order of the letters; a digit is no port

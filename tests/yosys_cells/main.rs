@@ -7,6 +7,7 @@ mod support;
 
 mod batch;
 mod gates;
+mod random;
 mod storage;
 mod word;
 

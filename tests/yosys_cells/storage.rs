@@ -26,7 +26,7 @@ pub const CELLS: &[&str] = &[
     "$dlatchsr",
 ];
 
-fn cell(kind: &str, rng: &mut Rng) -> Cell {
+pub fn cell(kind: &str, rng: &mut Rng) -> Cell {
     let most = if rng.one_in(3) { 70 } else { 9 };
     let w = 1 + rng.below(most) as u32;
     let mut cell = Cell::new(kind, &[], &[("Q", w)]).number("WIDTH", w.into());

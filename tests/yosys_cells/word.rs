@@ -173,7 +173,7 @@ fn macc_v2(rng: &mut Rng) -> Cell {
     cell.number("A_TOTAL", total(&a).into()).number("B_TOTAL", total(&b).into()).number("C_TOTAL", total(&c).into())
 }
 
-fn cell(kind: &str, rng: &mut Rng) -> Cell {
+pub fn cell(kind: &str, rng: &mut Rng) -> Cell {
     let w = width(rng);
     let n = u64::from(w);
     match kind {

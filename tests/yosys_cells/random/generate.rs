@@ -1,0 +1,491 @@
+//! Random netlists whose result does not depend on an order that Verilog leaves open. `mod.rs` says what that excludes.
+
+use discreta::cell::Clock;
+use discreta::{Logic, Value};
+
+use super::design::{Bit, Design, Input, Item};
+use crate::batch::Cell;
+use crate::support::Rng;
+use crate::{gates, storage, word};
+
+/// Ticks of a frame. Clocks change at its first tick, the data inputs at `DATA`, one control at each tick from `CONTROLS`
+/// on.
+pub const FRAME: u64 = 8;
+const DATA: u64 = 2;
+const CONTROLS: u64 = 3;
+
+/// When a net may change: a bit for each tick of a frame and each round of it, in which those of later ticks stand at
+/// higher bits. A round ends when all has settled and flip-flops change; the last is that and all later ones.
+type When = u64;
+const ROUNDS: u64 = 8;
+
+fn at(tick: u64) -> When {
+    1 << (tick % FRAME * ROUNDS)
+}
+
+/// A round later.
+fn next_round(when: When) -> When {
+    const LAST: When = 0x8080_8080_8080_8080;
+    (when & !LAST) << 1 | when & LAST
+}
+
+/// All rounds of the next tick.
+fn next_tick(when: When) -> When {
+    (0..FRAME).filter(|t| when >> (t * ROUNDS) & 0xff != 0).fold(0, |w, t| w | 0xff << ((t + 1) % FRAME * ROUNDS))
+}
+
+/// A bit that changes at most once in a round, so that it can be a clock or another control.
+#[derive(Clone, Copy)]
+struct Clean {
+    bit: Bit,
+    when: When,
+    /// What it is at the start.
+    start: bool,
+}
+
+/// Pins of flip-flops that are connected when all nets are there.
+struct Later {
+    item: usize,
+    pin: usize,
+    /// When what it reads must not change.
+    not: When,
+}
+
+struct Generator<'r> {
+    rng: &'r mut Rng,
+    design: Design,
+    when: Vec<When>,
+    clean: Vec<Clean>,
+    later: Vec<Later>,
+}
+
+/// A netlist of about so many cells, running for so many frames.
+pub fn generate(seed: u64, cells: u64, frames: u64) -> Design {
+    let mut rng = Rng::new(seed);
+    // by a number of its own the generator's first choices would be alike for near seeds
+    rng.word();
+    let end = frames * FRAME;
+    let design = Design { seed, wires: vec![], items: vec![], groups: vec![0], inputs: vec![], end };
+    let mut g = Generator { rng: &mut rng, design, when: vec![], clean: vec![], later: vec![] };
+    g.modules();
+    g.inputs(frames);
+    for _ in 0..cells / 8 {
+        g.derive();
+    }
+    for _ in 0..cells / 4 {
+        g.storage();
+    }
+    for _ in 0..cells - cells / 4 - cells / 8 {
+        match g.rng.below(12) {
+            0 => g.latch(),
+            1 => g.bus(),
+            _ => g.combinational(),
+        }
+    }
+    g.connect();
+    g.design
+}
+
+impl Generator<'_> {
+    fn wire(&mut self, width: u32, when: When) -> usize {
+        self.design.wires.push(width);
+        self.when.push(when);
+        self.design.wires.len() - 1
+    }
+
+    fn modules(&mut self) {
+        for i in 1..=self.rng.below(6) {
+            let parent = self.rng.below(i) as usize;
+            self.design.groups.push(parent);
+        }
+    }
+
+    fn inputs(&mut self, frames: u64) {
+        let scale = 1 + self.rng.below(3);
+        for i in 0..2 + self.rng.below(3) {
+            // the first two are related, the others anyhow
+            let half = if i < 2 { scale * (i + 1) } else { 1 + self.rng.below(7) };
+            let low = if self.rng.one_in(3) { half + self.rng.below(3) } else { half };
+            let phase = 1 + self.rng.below(half + low);
+            let clock = Clock { period: (half + low) * FRAME, high: half * FRAME, phase: phase * FRAME };
+            let wire = self.wire(1, at(0));
+            self.design.inputs.push(Input { wire, clock: Some(clock), values: vec![] });
+            self.clean.push(Clean { bit: Bit::Wire(wire, 0), when: at(0), start: false });
+        }
+        for i in CONTROLS..CONTROLS + 2 + self.rng.below(FRAME - CONTROLS - 1) {
+            let wire = self.wire(1, at(i));
+            let start = self.rng.one_in(2);
+            let level = |on: bool| Value::from_u64(on.into(), 1);
+            let mut values = vec![(0, level(start))];
+            let often = 2 + self.rng.below(12);
+            for frame in 1..frames {
+                if self.rng.one_in(often) {
+                    let value = match self.rng.below(24) {
+                        0 => Value::repeat(Logic::X, 1),
+                        1 => Value::repeat(Logic::Z, 1),
+                        n => level(n % 2 == 0),
+                    };
+                    values.push((frame * FRAME + i, value));
+                }
+            }
+            self.design.inputs.push(Input { wire, clock: None, values });
+            self.clean.push(Clean { bit: Bit::Wire(wire, 0), when: at(i), start });
+        }
+        for _ in 0..2 + self.rng.below(5) {
+            let width = self.width();
+            let wire = self.wire(width, at(DATA));
+            let mut values = vec![(0, self.rng.known(width))];
+            for frame in 1..frames {
+                if self.rng.one_in(2) {
+                    let value = match self.rng.below(40) {
+                        0 => self.rng.four_valued(width, 3),
+                        1 => self.rng.four_valued(width, u64::from(width)),
+                        2 => Value::from_i64(-(self.rng.below(4) as i64), width),
+                        3 | 4 => Value::from_u64(self.rng.below(4), width),
+                        _ => self.rng.known(width),
+                    };
+                    values.push((frame * FRAME + DATA, value));
+                }
+            }
+            self.design.inputs.push(Input { wire, clock: None, values });
+        }
+    }
+
+    /// 1 to 70, mostly small.
+    fn width(&mut self) -> u32 {
+        let most = *self.rng.pick(&[1, 4, 9, 70]);
+        1 + self.rng.below(most) as u32
+    }
+
+    fn group(&mut self) -> usize {
+        self.rng.below(self.design.groups.len() as u64) as usize
+    }
+
+    /// A cell whose outputs are new wires; of an output of many bits now and then two.
+    fn place(&mut self, cell: Cell, inputs: Vec<Vec<Bit>>, when: When, preset: bool) -> usize {
+        let mut outputs = Vec::new();
+        for &(_, width) in &cell.outputs {
+            let low =
+                if width > 1 && self.rng.one_in(5) { 1 + self.rng.below(u64::from(width) - 1) as u32 } else { width };
+            let mut wires = vec![self.wire(low, when)];
+            if low < width {
+                wires.push(self.wire(width - low, when));
+            }
+            outputs.push(wires);
+        }
+        let group = self.group();
+        self.design.items.push(Item { cell, inputs, outputs, group, preset });
+        self.design.items.len() - 1
+    }
+
+    /// Some bits that do not change when they must not, and when they do.
+    fn gather(&mut self, width: u32, not: When) -> (Vec<Bit>, When) {
+        let (mut bits, mut when) = (Vec::new(), 0);
+        let constant = |rng: &mut Rng| {
+            Bit::Constant(match rng.below(40) {
+                0 => Logic::X,
+                1 => Logic::Z,
+                n => {
+                    if n % 2 == 0 {
+                        Logic::Zero
+                    } else {
+                        Logic::One
+                    }
+                }
+            })
+        };
+        while (bits.len() as u32) < width {
+            let left = width - bits.len() as u32;
+            let mut wire = None;
+            for _ in 0..12 {
+                let n = self.rng.below(self.design.wires.len() as u64) as usize;
+                // what is late sees more of the netlist
+                let n =
+                    if self.rng.one_in(2) { n.max(self.rng.below(self.design.wires.len() as u64) as usize) } else { n };
+                if self.when[n] & not == 0 {
+                    wire = Some(n);
+                    break;
+                }
+            }
+            match wire {
+                Some(wire) if !self.rng.one_in(25) => {
+                    let all = self.design.wires[wire];
+                    let low = if self.rng.one_in(3) { self.rng.below(all.into()) as u32 } else { 0 };
+                    let count = (all - low).min(left);
+                    bits.extend((low..low + count).map(|i| Bit::Wire(wire, i)));
+                    when |= self.when[wire];
+                }
+                _ => {
+                    let count = 1 + self.rng.below(left.into());
+                    let bit = constant(self.rng);
+                    bits.extend((0..count).map(|_| bit));
+                }
+            }
+        }
+        (bits, when)
+    }
+
+    /// A clean bit that changes at other times, and is at the start as wanted.
+    fn control(&mut self, not: When, start: Option<bool>, primary: bool) -> Option<Clean> {
+        let fits = |c: &&Clean| c.when & not == 0 && start.is_none_or(|s| s == c.start);
+        let most = if primary && self.rng.one_in(2) { 6 } else { self.clean.len() };
+        let all: Vec<Clean> = self.clean[..most.min(self.clean.len())].iter().filter(fits).copied().collect();
+        if all.is_empty() { None } else { Some(*self.rng.pick(&all)) }
+    }
+
+    /// One more clean bit: a gate of some, one of them a tick later, or a flip-flop with one bit.
+    fn derive(&mut self) {
+        let kind = *self.rng.pick(&["not", "gate", "gate", "later", "toggle", "toggle", "bit", "bit"]);
+        match kind {
+            "not" | "gate" => {
+                let kinds = [
+                    ("$_NOT_", 1),
+                    ("$_AND_", 2),
+                    ("$_OR_", 2),
+                    ("$_XOR_", 2),
+                    ("$_ANDNOT_", 2),
+                    ("$_AOI3_", 3),
+                    ("$_NAND_", 2),
+                    ("$_XNOR_", 2),
+                ];
+                let (name, inputs) = if kind == "not" { kinds[0] } else { *self.rng.pick(&kinds[1..]) };
+                let mut pins: Vec<Clean> = Vec::new();
+                for _ in 0..inputs {
+                    let used = pins.iter().fold(0, |w, p| w | p.when);
+                    let Some(pin) = self.control(used, None, false) else { return };
+                    pins.push(pin);
+                }
+                let s: Vec<bool> = pins.iter().map(|p| p.start).collect();
+                let start = match name {
+                    "$_NOT_" => !s[0],
+                    "$_AND_" => s[0] && s[1],
+                    "$_OR_" => s[0] || s[1],
+                    "$_XOR_" => s[0] != s[1],
+                    "$_ANDNOT_" => s[0] && !s[1],
+                    "$_AOI3_" => !(s[0] && s[1] || s[2]),
+                    "$_NAND_" => !(s[0] && s[1]),
+                    _ => s[0] == s[1],
+                };
+                let when = pins.iter().fold(0, |w, p| w | p.when);
+                let pins = pins.iter().map(|p| vec![p.bit]).collect();
+                let item = self.place(gates::combinational(name), pins, when, false);
+                self.now_clean(item, when, start);
+            }
+            "later" => {
+                let Some(pin) = self.control(0, None, false) else { return };
+                let when = next_tick(pin.when);
+                let cell = gates::storage("$_FF_", None);
+                let item = self.place(cell, vec![vec![pin.bit]], when, false);
+                self.now_clean(item, when, pin.start);
+            }
+            _ => {
+                let name = *self.rng.pick(&[
+                    "$_DFF_P_",
+                    "$_DFF_N_",
+                    "$_DFF_PP0_",
+                    "$_DFF_NN1_",
+                    "$_DFF_PN0_",
+                    "$_DFFE_PP_",
+                    "$_SDFF_PN0_",
+                ]);
+                let start = self.rng.one_in(2);
+                let cell = gates::storage(name, Some(Value::from_u64(start.into(), 1)));
+                let Some((item, when)) = self.flip_flop(cell) else { return };
+                self.now_clean(item, when, start);
+                if kind == "toggle" {
+                    // halves its clock
+                    let q = self.design.items[item].outputs[0][0];
+                    let inverter = self.place(gates::combinational("$_NOT_"), vec![vec![Bit::Wire(q, 0)]], when, false);
+                    let inverted = self.design.items[inverter].outputs[0][0];
+                    let d = self.design.items[item].cell.inputs.iter().position(|p| p.0 == "D").unwrap();
+                    if self.later.iter().any(|l| (l.item, l.pin) == (item, d) && l.not & when == 0) {
+                        self.later.retain(|l| (l.item, l.pin) != (item, d));
+                        self.design.items[item].inputs[d] = vec![Bit::Wire(inverted, 0)];
+                    }
+                }
+            }
+        }
+    }
+
+    fn now_clean(&mut self, item: usize, when: When, start: bool) {
+        let wire = self.design.items[item].outputs[0][0];
+        self.clean.push(Clean { bit: Bit::Wire(wire, 0), when, start });
+    }
+
+    /// What a cell's controls read: clean bits of which no two change together, those that act by level inactive at the
+    /// start. With it when each changes.
+    fn controls(&mut self, cell: &Cell, all_inactive: bool) -> Vec<(&'static str, Vec<Bit>, When)> {
+        let mut chosen: Vec<(&'static str, Vec<Bit>, When)> = Vec::new();
+        let mut each: Vec<Vec<When>> = Vec::new();
+        for (port, inactive) in &cell.controls {
+            let clock = matches!(*port, "CLK" | "C");
+            // an enabled latch and a reset one are known as a whole; where single bits are set the others would not be
+            let whole = !all_inactive && matches!(*port, "EN" | "E" | "ARST");
+            let (mut bits, mut times, mut when) = (Vec::new(), Vec::new(), 0);
+            for i in 0..inactive.width() as usize {
+                // of other vectors only the bit beside it matters
+                let not = each.iter().map(|t| if t.len() == 1 { t[0] } else { *t.get(i).unwrap_or(&0) });
+                let not = not.fold(0, |w, t| w | t);
+                let level = inactive.bit(i as u32) == Logic::One;
+                let start = (!clock && !whole).then_some(level);
+                match self.control(not, start, true) {
+                    Some(c) => {
+                        bits.push(c.bit);
+                        times.push(c.when);
+                        when |= c.when;
+                    }
+                    None => {
+                        bits.push(Bit::Constant(if level { Logic::One } else { Logic::Zero }));
+                        times.push(0);
+                    }
+                }
+            }
+            // a scalar that comes after a vector must fit to all of it
+            each.push(if times.len() == 1 { vec![when] } else { times });
+            chosen.push((port, bits, when));
+        }
+        chosen
+    }
+
+    /// A flip-flop, its data to be connected later; with when it changes.
+    fn flip_flop(&mut self, mut cell: Cell) -> Option<(usize, When)> {
+        // what is sampled with the data is data
+        let with_reset = cell.kind.starts_with("$_SDFF");
+        cell.controls.retain(|c| c.0 != "E" && (c.0 != "R" || !with_reset));
+        let controls = self.controls(&cell, true);
+        let all = controls.iter().fold(0, |w, c| w | c.2);
+        if controls.iter().any(|c| matches!(c.0, "CLK" | "C") && c.2 == 0) {
+            return None;
+        }
+        // what acts by level changes it at once here, and a round later in Verilog
+        let levels = controls.iter().filter(|c| !matches!(c.0, "CLK" | "C")).fold(0, |w, c| w | c.2);
+        let when = levels | next_round(all);
+        let (mut inputs, mut open) = (Vec::new(), Vec::new());
+        for (pin, &(port, width)) in cell.inputs.iter().enumerate() {
+            match controls.iter().find(|c| c.0 == port) {
+                Some(c) => inputs.push(c.1.clone()),
+                None => {
+                    open.push(pin);
+                    inputs.push(vec![Bit::Constant(Logic::Zero); width as usize]);
+                }
+            }
+        }
+        let item = self.place(cell, inputs, when, true);
+        self.later.extend(open.into_iter().map(|pin| Later { item, pin, not: all }));
+        Some((item, when))
+    }
+
+    fn storage(&mut self) {
+        let cell = if self.rng.one_in(2) {
+            let names = gates::storage_names();
+            let name = self.rng.pick(&names).clone();
+            let init = (!self.rng.one_in(3)).then(|| self.rng.known(1));
+            gates::storage(&name, init)
+        } else {
+            let kind = *self.rng.pick(storage::CELLS);
+            storage::cell(kind, self.rng)
+        };
+        match cell.kind.as_str() {
+            "$ff" | "$_FF_" => {
+                // of some ticks alone, so that no ring comes to be whose phase the start decides
+                let inputs = vec![vec![Bit::Constant(Logic::Zero); cell.inputs[0].1 as usize]];
+                let reads = next_tick(at(FRAME - 1)) | next_tick(at(DATA - 1));
+                let item = self.place(cell, inputs, next_tick(reads), false);
+                self.later.push(Later { item, pin: 0, not: !reads });
+            }
+            kind if kind.contains("latch") || kind.contains("LATCH") || kind == "$sr" || kind.starts_with("$_SR_") => {
+                self.hold(cell);
+            }
+            _ => {
+                self.flip_flop(cell);
+            }
+        }
+    }
+
+    fn latch(&mut self) {
+        let kind = *self.rng.pick(&["$dlatch", "$adlatch", "$dlatchsr", "$dlatch"]);
+        let cell = storage::cell(kind, self.rng);
+        self.hold(cell);
+    }
+
+    /// A latch. What it reads is there already, so that no loop comes to be.
+    fn hold(&mut self, cell: Cell) {
+        let controls = self.controls(&cell, false);
+        let all = controls.iter().fold(0, |w, c| w | c.2);
+        let active = |c: &(&str, Vec<Bit>, When)| {
+            let inactive = &cell.controls.iter().find(|p| p.0 == c.0).unwrap().1;
+            let level = |b: &Bit| self.clean.iter().find(|c| c.bit == *b).map(|c| c.start);
+            c.1.iter().zip(inactive.bits()).any(|(b, i)| level(b).is_some_and(|l| l != (i == Logic::One)))
+        };
+        // the bench must not overwrite what passes from the start on
+        let preset = !controls.iter().any(active);
+        if !preset && cell.init.is_some() {
+            return;
+        }
+        let (mut inputs, mut when) = (Vec::new(), all);
+        for &(port, width) in &cell.inputs {
+            match controls.iter().find(|c| c.0 == port) {
+                Some(c) => inputs.push(c.1.clone()),
+                None => {
+                    let (bits, changes) = self.gather(width, all);
+                    when |= changes;
+                    inputs.push(bits);
+                }
+            }
+        }
+        self.place(cell, inputs, when | next_round(when), preset);
+    }
+
+    fn combinational(&mut self) {
+        let cell = if self.rng.one_in(3) {
+            let kind = *self.rng.pick(gates::COMBINATIONAL);
+            gates::combinational(kind)
+        } else {
+            let kind = *self.rng.pick(word::CELLS);
+            word::cell(kind, self.rng)
+        };
+        let mut when = 0;
+        let mut inputs = Vec::new();
+        for &(_, width) in &cell.inputs {
+            let (bits, changes) = self.gather(width, 0);
+            when |= changes;
+            inputs.push(bits);
+        }
+        self.place(cell, inputs, when, false);
+    }
+
+    /// A net with several tri-state drivers.
+    fn bus(&mut self) {
+        let width = self.width();
+        let wire = self.wire(width, 0);
+        for _ in 0..2 + self.rng.below(3) {
+            let group = self.group();
+            let cell = Cell::new("$tribuf", &[("A", width), ("EN", 1)], &[("Y", width)]).number("WIDTH", width.into());
+            let before = self.when[wire];
+            // not itself: that would be a loop
+            self.when[wire] = When::MAX;
+            let (a, changes) = self.data(width, wire);
+            let (en, enables) = self.data(1, wire);
+            self.when[wire] = before | changes | enables;
+            self.design.items.push(Item { cell, inputs: vec![a, en], outputs: vec![vec![wire]], group, preset: false });
+        }
+    }
+
+    /// Some bits, none of this wire.
+    fn data(&mut self, width: u32, but: usize) -> (Vec<Bit>, When) {
+        loop {
+            let (bits, when) = self.gather(width, 0);
+            if !bits.iter().any(|b| matches!(b, Bit::Wire(w, _) if *w == but)) {
+                return (bits, when);
+            }
+        }
+    }
+
+    /// Connects the data of flip-flops.
+    fn connect(&mut self) {
+        for Later { item, pin, not } in std::mem::take(&mut self.later) {
+            let width = self.design.items[item].cell.inputs[pin].1;
+            self.design.items[item].inputs[pin] = self.gather(width, not).0;
+        }
+    }
+}
