@@ -137,15 +137,14 @@ pub fn bench(designs: &[Design]) -> (String, String) {
 }
 
 /// Runs Icarus on a bench; the waveform.
-fn icarus(folder: &Path, designs: &[Design], mutant: &str) -> String {
+fn icarus(folder: &Path, designs: &[Design], models: &str) -> String {
     let (text, stimulus) = bench(designs);
     std::fs::write(folder.join("bench.v"), text).unwrap();
-    std::fs::write(folder.join("models.v"), format!("{OWN}\n{mutant}")).unwrap();
+    std::fs::write(folder.join("models.v"), models).unwrap();
     std::fs::write(folder.join("stimulus.txt"), stimulus).unwrap();
-    let from = library();
-    let sources = [from.join("simlib.v"), from.join("simcells.v"), "models.v".into(), "bench.v".into()];
     let mut compiler = Command::new("iverilog");
-    let compiler = compiler.current_dir(folder).args(["-g2012", "-s", "bench", "-o", "bench.vvp"]).args(&sources);
+    let compiler =
+        compiler.current_dir(folder).args(["-g2012", "-s", "bench", "-o", "bench.vvp", "models.v", "bench.v"]);
     let told = compiler.output().unwrap();
     assert!(told.status.success(), "{}: {}", folder.display(), String::from_utf8_lossy(&told.stderr));
     let told = Command::new("vvp").current_dir(folder).args(["-n", "bench.vvp"]).output().unwrap();
@@ -174,9 +173,15 @@ struct Net {
     known: bool,
 }
 
-/// Runs netlists on both.
-pub fn compare(folder: &Path, designs: &[Design], mutant: &str) -> Outcome {
-    let waves = icarus(folder, designs, mutant);
+/// The models of all cells.
+pub fn models() -> String {
+    let read = |name| std::fs::read_to_string(library().join(name)).unwrap();
+    [read("simlib.v"), read("simcells.v"), OWN.to_owned()].join("\n")
+}
+
+/// Runs netlists on both, on Icarus with these models.
+pub fn compare(folder: &Path, designs: &[Design], models: &str) -> Outcome {
+    let waves = icarus(folder, designs, models);
     let mut outcome = Outcome::default();
     let circuits: Vec<_> = designs
         .iter()

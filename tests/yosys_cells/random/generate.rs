@@ -290,8 +290,10 @@ impl Generator<'_> {
                 ]);
                 let start = self.rng.one_in(2);
                 let cell = gates::storage(name, Some(Value::from_u64(start.into(), 1)));
-                let Some((item, when)) = self.flip_flop(cell) else { return };
-                self.now_clean(item, when, start);
+                let Some((item, when, once)) = self.flip_flop(cell) else { return };
+                if once {
+                    self.now_clean(item, when, start);
+                }
                 if kind == "toggle" {
                     // halves its clock
                     let q = self.design.items[item].outputs[0][0];
@@ -347,8 +349,8 @@ impl Generator<'_> {
         chosen
     }
 
-    /// A flip-flop, its data to be connected later; with when it changes.
-    fn flip_flop(&mut self, mut cell: Cell) -> Option<(usize, When)> {
+    /// A flip-flop, its data to be connected later; with when it changes, and whether only once in a round.
+    fn flip_flop(&mut self, mut cell: Cell) -> Option<(usize, When, bool)> {
         // what is sampled with the data is data
         let with_reset = cell.kind.starts_with("$_SDFF");
         cell.controls.retain(|c| c.0 != "E" && (c.0 != "R" || !with_reset));
@@ -360,6 +362,8 @@ impl Generator<'_> {
         // what acts by level changes it at once here, and a round later in Verilog
         let levels = controls.iter().filter(|c| !matches!(c.0, "CLK" | "C")).fold(0, |w, c| w | c.2);
         let when = levels | next_round(all);
+        // a reset that comes when a clock has just set it leaves a pulse that one of both does not see
+        let once = levels & next_round(all) == 0;
         let (mut inputs, mut open) = (Vec::new(), Vec::new());
         for (pin, &(port, width)) in cell.inputs.iter().enumerate() {
             match controls.iter().find(|c| c.0 == port) {
@@ -372,7 +376,7 @@ impl Generator<'_> {
         }
         let item = self.place(cell, inputs, when, true);
         self.later.extend(open.into_iter().map(|pin| Later { item, pin, not: all }));
-        Some((item, when))
+        Some((item, when, once))
     }
 
     fn storage(&mut self) {

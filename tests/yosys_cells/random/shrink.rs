@@ -4,27 +4,27 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use discreta::Logic;
 use serde_json::{Map, Value as Json, json};
 
 use super::compare::{Difference, bench, compare};
 use super::design::{Bit, Design, Item};
-use crate::batch::OWN;
 
 /// How many times it is tried with less.
 const TRIES: usize = 150;
 
 /// What still differs when the cells and changes of inputs that do not matter are gone.
-pub fn shrink(folder: &Path, design: &Design, found: &Difference, mutant: &str) -> (Design, Difference) {
+pub fn shrink(folder: &Path, design: &Design, found: &Difference, models: &str) -> (Design, Difference) {
     let (mut design, mut found) = (cut(design, found.tick), found.clone());
     let mut tries = 0;
     let mut differs = |candidate: &Design| {
         tries += 1;
         let told =
-            (tries <= TRIES).then(|| compare(folder, std::slice::from_ref(candidate), mutant).differences.remove(0));
+            (tries <= TRIES).then(|| compare(folder, std::slice::from_ref(candidate), models).differences.remove(0));
         told.flatten()
     };
     // what the net depends on first, in one step
-    let cone = Design { items: cone(&design.items, found.wire), ..design.clone() };
+    let cone = tied(Design { items: cone(&design.items, found.wire), ..design.clone() });
     if let Some(other) = differs(&cone) {
         (design, found) = (cut(&cone, other.tick), other);
     }
@@ -34,6 +34,7 @@ pub fn shrink(folder: &Path, design: &Design, found: &Difference, mutant: &str) 
         while at < design.items.len() {
             let mut candidate = design.clone();
             candidate.items.drain(at..(at + size).min(design.items.len()));
+            let candidate = tied(candidate);
             match differs(&candidate) {
                 Some(other) => {
                     (design, found, less) = (cut(&candidate, other.tick), other, true);
@@ -57,6 +58,18 @@ pub fn shrink(folder: &Path, design: &Design, found: &Difference, mutant: &str) 
         Some(other) => (compact(&flat), other),
         None => (compact(&design), found),
     }
+}
+
+/// With x in place of what nothing drives any more: of a gate that reads such nets alone Icarus makes z.
+fn tied(mut design: Design) -> Design {
+    let mut driven: BTreeSet<usize> = design.items.iter().flat_map(|i| i.outputs.iter().flatten()).copied().collect();
+    driven.extend(design.inputs.iter().map(|i| i.wire));
+    for bit in design.items.iter_mut().flat_map(|i| i.inputs.iter_mut().flatten()) {
+        if wire(bit).is_some_and(|w| !driven.contains(&w)) {
+            *bit = Bit::Constant(Logic::X);
+        }
+    }
+    design
 }
 
 /// Without what comes after a tick.
@@ -98,7 +111,7 @@ fn cone(items: &[Item], from: usize) -> Vec<Item> {
 }
 
 /// Writes a netlist with its stimulus for both simulators; the folder.
-pub fn write(folder: &Path, design: &Design, found: &Difference, mutant: &str) -> PathBuf {
+pub fn write(folder: &Path, design: &Design, found: &Difference, models: &str) -> PathBuf {
     let folder = folder.join(format!("seed_{}", design.seed));
     std::fs::create_dir_all(&folder).unwrap();
     let (mut clocks, mut inputs, mut stimulus) = (Map::new(), Map::new(), Vec::new());
@@ -123,13 +136,13 @@ pub fn write(folder: &Path, design: &Design, found: &Difference, mutant: &str) -
     writeln!(told, "{} at tick {} (10 units of time later in Icarus):", found.net, found.tick).unwrap();
     writeln!(told, "  discreta {}\n  Icarus   {}", found.ours, found.theirs).unwrap();
     told += "discreta run scenario.json -o discreta.vcd\n\
-             iverilog -g2012 -s bench -o bench.vvp $(yosys-config --datdir)/sim{lib,cells}.v models.v bench.v; vvp -n bench.vvp\n";
+             iverilog -g2012 -s bench -o bench.vvp models.v bench.v && vvp -n bench.vvp\n";
     for (name, text) in [
         ("netlist.json", serde_json::to_string_pretty(&design.json()).unwrap()),
         ("scenario.json", serde_json::to_string_pretty(&scenario).unwrap()),
         ("bench.v", text),
         ("stimulus.txt", rows),
-        ("models.v", format!("{OWN}\n{mutant}")),
+        ("models.v", models.into()),
         ("README", told),
     ] {
         std::fs::write(folder.join(name), text).unwrap();
