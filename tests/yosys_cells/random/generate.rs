@@ -41,20 +41,29 @@ struct Clean {
     when: When,
     /// What it is at the start.
     start: bool,
+    /// Whether it is that from the very beginning, before the bench has given flip-flops their state.
+    steady: bool,
 }
 
 /// Pins of flip-flops that are connected when all nets are there.
 struct Later {
     item: usize,
     pin: usize,
+    /// The first bit, and how many.
+    low: usize,
+    width: u32,
     /// When what it reads must not change.
     not: When,
+    /// Whether it must not depend on what a memory reads.
+    early: bool,
 }
 
 struct Generator<'r> {
     rng: &'r mut Rng,
     design: Design,
     when: Vec<When>,
+    /// Whether each wire depends on what a memory reads: its model gives that within the round.
+    late: Vec<bool>,
     clean: Vec<Clean>,
     later: Vec<Later>,
 }
@@ -66,7 +75,7 @@ pub fn generate(seed: u64, cells: u64, frames: u64) -> Design {
     rng.word();
     let end = frames * FRAME;
     let design = Design { seed, wires: vec![], items: vec![], groups: vec![0], inputs: vec![], end };
-    let mut g = Generator { rng: &mut rng, design, when: vec![], clean: vec![], later: vec![] };
+    let mut g = Generator { rng: &mut rng, design, when: vec![], late: vec![], clean: vec![], later: vec![] };
     g.modules();
     g.inputs(frames);
     for _ in 0..cells / 8 {
@@ -74,6 +83,9 @@ pub fn generate(seed: u64, cells: u64, frames: u64) -> Design {
     }
     for _ in 0..cells / 4 {
         g.storage();
+    }
+    for _ in 0..g.rng.below(3) {
+        g.memory();
     }
     for _ in 0..cells - cells / 4 - cells / 8 {
         match g.rng.below(12) {
@@ -90,6 +102,7 @@ impl Generator<'_> {
     fn wire(&mut self, width: u32, when: When) -> usize {
         self.design.wires.push(width);
         self.when.push(when);
+        self.late.push(false);
         self.design.wires.len() - 1
     }
 
@@ -110,7 +123,7 @@ impl Generator<'_> {
             let clock = Clock { period: (half + low) * FRAME, high: half * FRAME, phase: phase * FRAME };
             let wire = self.wire(1, at(0));
             self.design.inputs.push(Input { wire, clock: Some(clock), values: vec![] });
-            self.clean.push(Clean { bit: Bit::Wire(wire, 0), when: at(0), start: false });
+            self.clean.push(Clean { bit: Bit::Wire(wire, 0), when: at(0), start: false, steady: true });
         }
         for i in CONTROLS..CONTROLS + 2 + self.rng.below(FRAME - CONTROLS - 1) {
             let wire = self.wire(1, at(i));
@@ -129,7 +142,7 @@ impl Generator<'_> {
                 }
             }
             self.design.inputs.push(Input { wire, clock: None, values });
-            self.clean.push(Clean { bit: Bit::Wire(wire, 0), when: at(i), start });
+            self.clean.push(Clean { bit: Bit::Wire(wire, 0), when: at(i), start, steady: true });
         }
         for _ in 0..2 + self.rng.below(5) {
             let width = self.width();
@@ -163,6 +176,8 @@ impl Generator<'_> {
 
     /// A cell whose outputs are new wires; of an output of many bits now and then two.
     fn place(&mut self, cell: Cell, inputs: Vec<Vec<Bit>>, when: When, preset: bool) -> usize {
+        let sampled = cell.kind.to_lowercase().contains("ff");
+        let late = !sampled && inputs.iter().any(|bits| self.is_late(bits));
         let mut outputs = Vec::new();
         for &(_, width) in &cell.outputs {
             let low =
@@ -171,6 +186,7 @@ impl Generator<'_> {
             if low < width {
                 wires.push(self.wire(width - low, when));
             }
+            wires.iter().for_each(|w| self.late[*w] = late);
             outputs.push(wires);
         }
         let group = self.group();
@@ -267,16 +283,16 @@ impl Generator<'_> {
                     _ => s[0] == s[1],
                 };
                 let when = pins.iter().fold(0, |w, p| w | p.when);
-                let pins = pins.iter().map(|p| vec![p.bit]).collect();
-                let item = self.place(gates::combinational(name), pins, when, false);
-                self.now_clean(item, when, start);
+                let inputs = pins.iter().map(|p| vec![p.bit]).collect();
+                let item = self.place(gates::combinational(name), inputs, when, false);
+                self.now_clean(item, when, start, pins.iter().all(|p| p.steady));
             }
             "later" => {
                 let Some(pin) = self.control(0, None, false) else { return };
                 let when = next_tick(pin.when);
                 let cell = gates::storage("$_FF_", None);
                 let item = self.place(cell, vec![vec![pin.bit]], when, false);
-                self.now_clean(item, when, pin.start);
+                self.now_clean(item, when, pin.start, false);
             }
             _ => {
                 let name = *self.rng.pick(&[
@@ -292,7 +308,7 @@ impl Generator<'_> {
                 let cell = gates::storage(name, Some(Value::from_u64(start.into(), 1)));
                 let Some((item, when, once)) = self.flip_flop(cell) else { return };
                 if once {
-                    self.now_clean(item, when, start);
+                    self.now_clean(item, when, start, false);
                 }
                 if kind == "toggle" {
                     // halves its clock
@@ -309,9 +325,9 @@ impl Generator<'_> {
         }
     }
 
-    fn now_clean(&mut self, item: usize, when: When, start: bool) {
+    fn now_clean(&mut self, item: usize, when: When, start: bool, steady: bool) {
         let wire = self.design.items[item].outputs[0][0];
-        self.clean.push(Clean { bit: Bit::Wire(wire, 0), when, start });
+        self.clean.push(Clean { bit: Bit::Wire(wire, 0), when, start, steady });
     }
 
     /// What a cell's controls read: clean bits of which no two change together, those that act by level inactive at the
@@ -375,7 +391,9 @@ impl Generator<'_> {
             }
         }
         let item = self.place(cell, inputs, when, true);
-        self.later.extend(open.into_iter().map(|pin| Later { item, pin, not: all }));
+        for pin in open {
+            self.later(item, pin, 0, all);
+        }
         Some((item, when, once))
     }
 
@@ -395,7 +413,7 @@ impl Generator<'_> {
                 let inputs = vec![vec![Bit::Constant(Logic::Zero); cell.inputs[0].1 as usize]];
                 let reads = next_tick(at(FRAME - 1)) | next_tick(at(DATA - 1));
                 let item = self.place(cell, inputs, next_tick(reads), false);
-                self.later.push(Later { item, pin: 0, not: !reads });
+                self.later(item, 0, 0, !reads);
             }
             kind if kind.contains("latch") || kind.contains("LATCH") || kind == "$sr" || kind.starts_with("$_SR_") => {
                 self.hold(cell);
@@ -471,6 +489,7 @@ impl Generator<'_> {
             let (a, changes) = self.data(width, wire);
             let (en, enables) = self.data(1, wire);
             self.when[wire] = before | changes | enables;
+            self.late[wire] |= self.is_late(&a) || self.is_late(&en);
             self.design.items.push(Item { cell, inputs: vec![a, en], outputs: vec![vec![wire]], group, preset: false });
         }
     }
@@ -487,9 +506,123 @@ impl Generator<'_> {
 
     /// Connects the data of flip-flops.
     fn connect(&mut self) {
-        for Later { item, pin, not } in std::mem::take(&mut self.later) {
-            let width = self.design.items[item].cell.inputs[pin].1;
-            self.design.items[item].inputs[pin] = self.gather(width, not).0;
+        for Later { item, pin, low, width, not, early } in std::mem::take(&mut self.later) {
+            let bits = loop {
+                let bits = self.gather(width, not).0;
+                if !early || !self.is_late(&bits) {
+                    break bits;
+                }
+            };
+            self.design.items[item].inputs[pin][low..low + width as usize].copy_from_slice(&bits);
         }
+    }
+
+    fn later(&mut self, item: usize, pin: usize, low: usize, not: When) {
+        let width = self.design.items[item].inputs[pin].len() as u32;
+        self.later.push(Later { item, pin, low, width, not, early: false });
+    }
+
+    fn is_late(&self, bits: &[Bit]) -> bool {
+        bits.iter().any(|b| matches!(b, Bit::Wire(wire, _) if self.late[*wire]))
+    }
+
+    /// A memory. Its ports with a clock may share one or not; the others read all the time.
+    fn memory(&mut self) {
+        let (r, w) = (1 + self.rng.below(3) as usize, 1 + self.rng.below(2) as usize);
+        let (width, abits) = (self.width(), 2 + self.rng.below(3) as u32);
+        let size = 3 + self.rng.below((1 << abits) - 2) as u32;
+        let clocks: Vec<Clean> = self.clean.iter().filter(|c| c.steady).copied().collect();
+        let main = *self.rng.pick(&clocks);
+        let clock = |rng: &mut Rng| if rng.one_in(2) { main } else { *rng.pick(&clocks) };
+        let reads: Vec<Option<Clean>> = (0..r).map(|_| (!self.rng.one_in(4)).then(|| clock(self.rng))).collect();
+        let writes: Vec<Clean> = (0..w).map(|_| clock(self.rng)).collect();
+        let edges = reads.iter().flatten().chain(&writes).fold(0, |when, c| when | c.when);
+        let (mut resets, mut levels) = (Vec::new(), 0);
+        for read in &reads {
+            let fits = |c: &&Clean| read.is_some() && !c.start && c.when & (edges | levels) == 0;
+            let fitting: Vec<Clean> = clocks.iter().filter(fits).copied().collect();
+            let reset = (!fitting.is_empty() && self.rng.one_in(3)).then(|| *self.rng.pick(&fitting));
+            levels |= reset.map_or(0, |c| c.when);
+            resets.push(reset.map_or(Bit::Constant(Logic::Zero), |c| c.bit));
+        }
+        let all = edges | levels;
+        let bits = |rng: &mut Rng, n: usize, each: &dyn Fn(&mut Rng, usize) -> bool| {
+            let mut value = Value::from_u64(0, n as u32);
+            for i in 0..n {
+                if each(rng, i) {
+                    value.set_bit(i as u32, Logic::One);
+                }
+            }
+            value
+        };
+        let clocked = |i: usize| reads[i].is_some();
+        let transparent = bits(self.rng, r * w, &|rng, i| clocked(i / w) && rng.one_in(3));
+        let collides = bits(self.rng, r * w, &|rng, i| {
+            clocked(i / w) && transparent.bit(i as u32) == Logic::Zero && rng.one_in(3)
+        });
+        let half = |rng: &mut Rng, n: usize| bits(rng, n, &|rng, _| rng.one_in(2));
+        let (ru, wu, data) = (r as u32, w as u32, r as u32 * width);
+        let inputs = [
+            ("RD_CLK", ru),
+            ("RD_EN", ru),
+            ("RD_ARST", ru),
+            ("RD_SRST", ru),
+            ("RD_ADDR", ru * abits),
+            ("WR_CLK", wu),
+            ("WR_EN", wu * width),
+            ("WR_ADDR", wu * abits),
+            ("WR_DATA", wu * width),
+        ];
+        let cell = Cell::new("$mem_v2", &inputs, &[("RD_DATA", data)])
+            .number("SIZE", size.into())
+            .number("ABITS", abits.into())
+            .number("WIDTH", width.into())
+            .number("RD_PORTS", r as u64)
+            .number("WR_PORTS", w as u64)
+            .number("OFFSET", 0)
+            .with("INIT", self.rng.four_valued(size * width, 20))
+            .with("RD_CLK_ENABLE", bits(self.rng, r, &|_, i| clocked(i)))
+            .with("RD_CLK_POLARITY", half(self.rng, r))
+            .with("RD_TRANSPARENCY_MASK", transparent)
+            .with("RD_COLLISION_X_MASK", collides)
+            .with("RD_WIDE_CONTINUATION", Value::from_u64(0, ru))
+            .with("RD_CE_OVER_SRST", half(self.rng, r))
+            .with("RD_ARST_VALUE", self.rng.known(data))
+            .with("RD_SRST_VALUE", self.rng.known(data))
+            .with("RD_INIT_VALUE", self.rng.known(data))
+            .with("WR_CLK_ENABLE", bits(self.rng, w, &|_, _| true))
+            .with("WR_CLK_POLARITY", half(self.rng, w))
+            .with("WR_PRIORITY_MASK", bits(self.rng, w * w, &|_, i| i % w < i / w))
+            .with("WR_WIDE_CONTINUATION", Value::from_u64(0, wu));
+        let mut pins: Vec<Vec<Bit>> = inputs.iter().map(|p| vec![Bit::Constant(Logic::Zero); p.1 as usize]).collect();
+        pins[0] = reads.iter().map(|c| c.map_or(Bit::Constant(Logic::Zero), |c| c.bit)).collect();
+        pins[1].fill(Bit::Constant(Logic::One));
+        pins[2] = resets;
+        pins[5] = writes.iter().map(|c| c.bit).collect();
+        let (mut when, mut open) = (levels | next_round(all), Vec::new());
+        for i in 0..r {
+            let low = i * abits as usize;
+            if clocked(i) {
+                open.extend([(1, i, 1), (3, i, 1), (4, low, abits)]);
+            } else {
+                // what it reads is there already, so that no loop comes to be
+                let (bits, changes) = self.gather(abits, 0);
+                pins[4][low..low + abits as usize].copy_from_slice(&bits);
+                when |= changes;
+            }
+        }
+        open.extend([(6, 0, wu * width), (7, 0, wu * abits), (8, 0, wu * width)]);
+        let item = self.place(cell, pins, when, false);
+        for wire in self.design.items[item].outputs[0].clone() {
+            self.late[wire] = true;
+        }
+        self.later.extend(open.into_iter().map(|(pin, low, width)| Later {
+            item,
+            pin,
+            low,
+            width,
+            not: all,
+            early: true,
+        }));
     }
 }
