@@ -62,6 +62,7 @@ pub const CELLS: &[&str] = &[
     "$tribuf",
     "$macc",
     "$macc_v2",
+    "$barrier",
 ];
 
 /// Cells of each type, and vectors for each cell.
@@ -209,6 +210,7 @@ pub fn cell(kind: &str, rng: &mut Rng) -> Cell {
             cell.likely = vec![("A", common.clone()), ("B", common)];
             cell
         }
+        "$barrier" => Cell::new(kind, &[("A", w)], &[("Y", w)]).number("WIDTH", n),
         "$bwmux" => Cell::new(kind, &[("A", w), ("B", w), ("S", w)], &[("Y", w)]).number("WIDTH", n),
         "$mux" => Cell::new(kind, &[("A", w), ("B", w), ("S", 1)], &[("Y", w)]).number("WIDTH", n),
         "$tribuf" => Cell::new(kind, &[("A", w), ("EN", 1)], &[("Y", w)]).number("WIDTH", n),

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use discreta::{Simulator, Value};
@@ -181,14 +181,22 @@ pub fn models() -> String {
 
 /// Runs netlists on both, on Icarus with these models.
 pub fn compare(folder: &Path, designs: &[Design], models: &str) -> Outcome {
+    let write = |design: &Design| {
+        let path = folder.join(format!("netlist_{}.json", design.seed));
+        std::fs::write(&path, serde_json::to_string(&design.json()).unwrap()).unwrap();
+        path
+    };
+    compare_files(folder, designs, models, &designs.iter().map(write).collect::<Vec<_>>())
+}
+
+/// The same, with netlists that someone has written.
+pub fn compare_files(folder: &Path, designs: &[Design], models: &str, files: &[PathBuf]) -> Outcome {
     let waves = icarus(folder, designs, models);
     let mut outcome = Outcome::default();
-    let circuits: Vec<_> = designs
+    let circuits: Vec<_> = files
         .iter()
-        .map(|design| {
-            let path = folder.join(format!("netlist_{}.json", design.seed));
-            std::fs::write(&path, serde_json::to_string(&design.json()).unwrap()).unwrap();
-            let circuit = discreta::circuit::load(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        .map(|path| {
+            let circuit = discreta::circuit::load(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
             std::fs::remove_file(path).unwrap();
             circuit
         })

@@ -201,27 +201,50 @@ impl Design {
 
     /// As Verilog: a module `d<number>_m0` and those in it. Constants are nets of the bench.
     pub fn verilog(&self, number: usize) -> String {
+        self.text(&format!("d{number}_"), false)
+    }
+
+    /// As Verilog for `read_verilog -icells`: a module `m0` and those in it, of Yosys' own cells.
+    pub fn verilog_for_yosys(&self) -> String {
+        self.text("", true)
+    }
+
+    fn text(&self, prefix: &str, yosys: bool) -> String {
+        let mut init: Vec<Option<String>> = vec![None; self.wires.len()];
+        for (cell, wires) in self.items.iter().flat_map(|i| i.outputs.iter().map(move |o| (&i.cell, o))) {
+            let Some(value) = cell.init.as_ref().filter(|_| yosys) else { continue };
+            let (bits, mut end) = (value.bit_string(), value.width() as usize);
+            for &wire in wires {
+                let begin = end - self.wires[wire] as usize;
+                init[wire] = Some(format!("(* init = {}'b{} *) ", self.wires[wire], &bits[begin..end]));
+                end = begin;
+            }
+        }
         let mut text = String::new();
         let shape = self.shape();
         for (group, wires) in shape.0.iter().enumerate() {
             let ports = wires.iter().filter(|p| p.1 != Port::Inside).map(|p| format!("w{}", p.0));
-            writeln!(text, "module d{number}_m{group} ({});", ports.collect::<Vec<_>>().join(", ")).unwrap();
+            writeln!(text, "module {prefix}m{group} ({});", ports.collect::<Vec<_>>().join(", ")).unwrap();
             for &(wire, port) in wires {
-                writeln!(text, "  {} [{}:0] w{wire};", port.word(), self.wires[wire] - 1).unwrap();
+                let here =
+                    self.items.iter().any(|i| i.group == group && i.outputs.iter().flatten().any(|w| *w == wire));
+                let init = init[wire].as_deref().filter(|_| here).unwrap_or_default();
+                writeln!(text, "  {init}{} [{}:0] w{wire};", port.word(), self.wires[wire] - 1).unwrap();
             }
             for (i, item) in self.items.iter().enumerate().filter(|i| i.1.group == group) {
                 let inputs =
-                    item.cell.inputs.iter().zip(&item.inputs).map(|(p, to)| format!(".{}({})", p.0, joined(to)));
+                    item.cell.inputs.iter().zip(&item.inputs).map(|(p, to)| format!(".{}({})", p.0, joined(to, yosys)));
                 let outputs = item.cell.outputs.iter().zip(&item.outputs).map(|(p, to)| {
                     let wires: Vec<String> = to.iter().rev().map(|w| format!("w{w}")).collect();
                     format!(".{}({{{}}})", p.0, wires.join(", "))
                 });
                 let pins: Vec<String> = inputs.chain(outputs).collect();
-                writeln!(text, "  {} c{i} ({});", module(&item.cell), pins.join(", ")).unwrap();
+                let kind = if yosys { plain(&item.cell) } else { module(&item.cell) };
+                writeln!(text, "  {kind} c{i} ({});", pins.join(", ")).unwrap();
             }
             for child in (1..self.groups.len()).filter(|g| self.groups[*g] == group) {
                 let ports = shape.0[child].iter().filter(|p| p.1 != Port::Inside).map(|p| format!(".w{0}(w{0})", p.0));
-                writeln!(text, "  d{number}_m{child} g{child} ({});", ports.collect::<Vec<_>>().join(", ")).unwrap();
+                writeln!(text, "  {prefix}m{child} g{child} ({});", ports.collect::<Vec<_>>().join(", ")).unwrap();
             }
             text += "endmodule\n";
         }
@@ -229,15 +252,23 @@ impl Design {
     }
 }
 
+/// A cell of Yosys with its parameters, without those that only our model of it has.
+fn plain(cell: &Cell) -> String {
+    let own = cell.parameters.iter().filter(|p| !p.0.ends_with("_TOTAL"));
+    let list: Vec<String> = own.map(|(n, v)| format!(".{n}({}'b{})", v.width(), v.bit_string())).collect();
+    if list.is_empty() { format!("\\{} ", cell.kind) } else { format!("\\{} #({})", cell.kind, list.join(", ")) }
+}
+
 /// Bits as Verilog joins them, the highest first.
-fn joined(bits: &[Bit]) -> String {
+fn joined(bits: &[Bit], yosys: bool) -> String {
     let mut parts: Vec<String> = Vec::new();
     let mut i = 0;
     while i < bits.len() {
         match bits[i] {
             Bit::Constant(level) => {
                 let same = bits[i..].iter().take_while(|b| **b == bits[i]).count();
-                parts.push(format!("{{{same}{{bench.k{level}}}}}"));
+                let constant = if yosys { format!("1'b{level}") } else { format!("bench.k{level}") };
+                parts.push(format!("{{{same}{{{constant}}}}}"));
                 i += same;
             }
             Bit::Wire(wire, low) => {

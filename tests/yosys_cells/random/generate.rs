@@ -23,10 +23,15 @@ fn at(tick: u64) -> When {
     1 << (tick % FRAME * ROUNDS)
 }
 
-/// A round later.
+/// A round later. What may change in all rounds of a tick may still: the delays that are due come in the first of two
+/// waves here, and in Verilog with what flip-flops give.
 fn next_round(when: When) -> When {
-    const LAST: When = 0x8080_8080_8080_8080;
-    (when & !LAST) << 1 | when & LAST
+    let next = |tick: u64| {
+        let rounds = when >> (tick * ROUNDS) & 0xff;
+        let next = if rounds == 0xff { rounds } else { rounds << 1 & 0xff | rounds & 0x80 };
+        next << (tick * ROUNDS)
+    };
+    (0..FRAME).map(next).fold(0, |w, n| w | n)
 }
 
 /// All rounds of the next tick.

