@@ -73,10 +73,11 @@ impl Cell {
     }
 }
 
-/// The folder of Yosys' Verilog models.
+/// The folder of Yosys' Verilog models: `YOSYS_DATDIR`, or that of the Yosys that is installed.
 pub fn library() -> PathBuf {
     let told = Command::new("yosys-config").arg("--datdir").output().ok().filter(|o| o.status.success());
     let told = told.map(|o| PathBuf::from(String::from_utf8_lossy(&o.stdout).trim()));
+    let told = std::env::var_os("YOSYS_DATDIR").map(PathBuf::from).or(told);
     // Debian has that program in a package of its own
     let folder = told.unwrap_or_else(|| "/usr/share/yosys".into());
     assert!(folder.join("simlib.v").is_file(), "Yosys' models are not in {}: install yosys", folder.display());
