@@ -173,6 +173,10 @@ pub struct ElaborationArgs {
     #[arg(long, value_name = "MODULE")]
     pub top: Option<String>,
 
+    /// Fill a memory of a Yosys netlist from a file as $readmemh does, e.g. cpu.ram=program.hex; may be given several times
+    #[arg(long, value_name = "NAME=FILE", value_parser = assignment)]
+    pub memory: Vec<Assignment>,
+
     /// Raise a limit, e.g. width=100000; may be given several times
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     pub limit: Vec<Assignment>,
@@ -254,7 +258,8 @@ pub struct RunArgs {
     #[arg(long, value_name = "NET[=VALUE]", value_parser = condition)]
     pub until: Option<Condition>,
 
-    /// Write the waveform to a file (.vcd), or to standard output (-); may be given several times
+    /// Write the waveform to a file, VCD or FST by its extension, or as VCD to standard output (-); may be given several
+    /// times
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub output: Vec<PathBuf>,
 
