@@ -8,7 +8,7 @@ module own_buf (A, Y);
   generate if (A_SIGNED) assign Y = $signed(A); else assign Y = A; endgenerate
 endmodule
 
-// New in Yosys 0.61: a wire that optimising leaves alone.
+// In the library of Yosys 0.70, not in that of 0.23: a wire that optimising leaves alone.
 module own_barrier (A, Y);
   parameter WIDTH = 1;
   input [WIDTH-1:0] A; output [WIDTH-1:0] Y;
