@@ -6,11 +6,11 @@ mod support;
 
 use discreta::Value;
 use discreta::cell::Clock;
-use discreta::engine::{CompiledEngine, Engine, EventEngine, Unsettled};
+use discreta::engine::{AutoEngine, CompiledEngine, Engine, EventEngine, Unsettled};
 use discreta::netlist::{NetId, Netlist};
 use discreta::value::Word;
-use support::Rng;
 use support::design::{CLOCKS, Design};
+use support::{Rng, repository};
 
 /// Two engines on one netlist.
 struct Pair<'n> {
@@ -40,7 +40,9 @@ impl<'n> Pair<'n> {
     fn settle(&mut self, label: &dyn Fn() -> String) -> bool {
         let (a, b) = (self.event.settle(), self.compiled.settle());
         assert_eq!(sorted(a.clone()), sorted(b), "{}", label());
-        self.compare(label);
+        if a.is_ok() {
+            self.compare(label);
+        }
         a.is_ok()
     }
 
@@ -155,4 +157,71 @@ fn random_netlists_are_the_same_on_both_engines() {
     println!("{steps} steps; {left_out} with delays or long loops left out, {unsettled} never settled");
     println!("waves: {known} known, {mixed} mixed, {four_valued} four-valued");
     assert!(first > 0 || steps > 5000 && known > 500 && four_valued > 500);
+}
+
+/// The shipped circuits, driven as people would and then at random, by all three engines.
+#[test]
+fn shipped_circuits_are_the_same_on_all_engines() {
+    let mut compiled = 0;
+    for path in [
+        "evaluation/line",
+        "evaluation/line_gates",
+        "evaluation/circle",
+        "evaluation/karibsky_gates",
+        "dda/circle",
+        "dda/curve",
+        "feed/speed_block_gates",
+        "three_axis/dda_line_gates",
+        "quadrant/circle",
+        "feed/system",
+    ] {
+        let circuit = discreta::circuit::load(repository(&format!("circuits/{path}.json"))).unwrap();
+        let netlist = &circuit.netlist;
+        let mut rng = Rng::named(path);
+        let mut engines: Vec<Box<dyn Engine + '_>> =
+            vec![Box::new(EventEngine::new(netlist)), Box::new(AutoEngine::with_patience(netlist, 500))];
+        if let Ok(engine) = CompiledEngine::new(netlist) {
+            engines.push(Box::new(engine));
+            compiled += 1;
+        }
+        let inputs: Vec<(NetId, u32, String)> = netlist
+            .signal_ids()
+            .filter_map(|s| Some((netlist.signal(s).drive?, netlist.signal(s).width, netlist.signal_path(s))))
+            .collect();
+        for engine in &mut engines {
+            netlist.net_ids().step_by(2).for_each(|net| engine.observe(net));
+        }
+        'drive: for step in 0..400 {
+            for (net, width, name) in &inputs {
+                let often = if step % 100 < 10 { 30 } else { u64::MAX };
+                let value = match name.as_str() {
+                    "dt" => Value::from_u64(step % 2, 1),
+                    "start" | "rst" => Value::from_u64(u64::from(step % 100 == 4), 1),
+                    _ if step == 0 || rng.one_in(40) => rng.four_valued(*width, often),
+                    _ => continue,
+                };
+                let words: Vec<Word> = value.words().collect();
+                engines.iter_mut().for_each(|e| e.drive(*net, &words));
+            }
+            let results: Vec<_> = engines.iter_mut().map(|e| e.settle().is_ok()).collect();
+            assert!(results.iter().all(|r| *r == results[0]), "{path}, step {step}: {results:?}");
+            if !results[0] {
+                break 'drive;
+            }
+            let (first, rest) = engines.split_at_mut(1);
+            let told = first[0].take_unknown_controls();
+            first[0].clear_changes();
+            for engine in rest {
+                // what no signal shows the event engine need not compute
+                for net in netlist.signal_ids().flat_map(|s| netlist.bits(s)).map(|s| s.net) {
+                    let (a, b) = (first[0].read(net), engine.read(net));
+                    assert_eq!(a, b, "{path}, step {step}, {}: {}", netlist.net_name(net), engine.summary());
+                }
+                assert_eq!(told, engine.take_unknown_controls(), "{path}, step {step}");
+                engine.clear_changes();
+            }
+        }
+        assert!(engines[1].summary().contains("compiled"), "{path}: {}", engines[1].summary());
+    }
+    assert_eq!(compiled, 9, "one has an RC delay");
 }

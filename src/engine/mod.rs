@@ -4,6 +4,8 @@
 //! reads netlists and knows neither files nor waveforms.
 
 #[cfg(feature = "compiled")]
+mod auto;
+#[cfg(feature = "compiled")]
 mod compiled;
 mod event;
 
@@ -13,6 +15,8 @@ use crate::cell::Clock;
 use crate::netlist::{CellId, NetId};
 use crate::value::Word;
 
+#[cfg(feature = "compiled")]
+pub use auto::AutoEngine;
 #[cfg(feature = "compiled")]
 pub use compiled::{CompiledEngine, EngineReport};
 pub use event::EventEngine;

@@ -11,6 +11,7 @@ use serde_json::{Map, Value as Json, json};
 use crate::support::{Rng, folder};
 
 /// A cell with its parameters.
+#[derive(Clone)]
 pub struct Cell {
     pub kind: String,
     pub parameters: Vec<(&'static str, Value)>,
@@ -24,6 +25,14 @@ pub struct Cell {
     pub model: Option<&'static str>,
     /// Values that an input is given more often than by chance.
     pub likely: Vec<(&'static str, Value)>,
+    /// Ports whose bits are those of inputs, or 0, or 1 where the input is called so. An input of which they are bits is no port itself.
+    pub taps: Vec<(&'static str, Vec<Option<(&'static str, u32)>>)>,
+    /// Whether several controls change at one instant. Their levels are known then.
+    pub together: bool,
+    /// Whether controls are never x or z.
+    pub known: bool,
+    /// Whether the netlist has it in parts.
+    pub in_parts: bool,
 }
 
 impl Cell {
@@ -37,12 +46,21 @@ impl Cell {
             init: None,
             model: None,
             likely: vec![],
+            taps: vec![],
+            together: false,
+            known: false,
+            in_parts: false,
         }
     }
 
     pub fn with(mut self, name: &'static str, value: Value) -> Cell {
         self.parameters.push((name, value));
         self
+    }
+
+    /// Whether an input is a port of the cell.
+    pub fn is_port(&self, input: &str) -> bool {
+        !self.taps.iter().flat_map(|t| &t.1).flatten().any(|t| t.0 == input)
     }
 
     /// A parameter that is a number.
@@ -55,10 +73,11 @@ impl Cell {
     }
 }
 
-/// The folder of Yosys' Verilog models.
-fn library() -> PathBuf {
+/// The folder of Yosys' Verilog models: `YOSYS_DATDIR`, or that of the Yosys that is installed.
+pub fn library() -> PathBuf {
     let told = Command::new("yosys-config").arg("--datdir").output().ok().filter(|o| o.status.success());
     let told = told.map(|o| PathBuf::from(String::from_utf8_lossy(&o.stdout).trim()));
+    let told = std::env::var_os("YOSYS_DATDIR").map(PathBuf::from).or(told);
     // Debian has that program in a package of its own
     let folder = told.unwrap_or_else(|| "/usr/share/yosys".into());
     assert!(folder.join("simlib.v").is_file(), "Yosys' models are not in {}: install yosys", folder.display());
@@ -130,11 +149,14 @@ fn inputs(cell: &Cell, vectors: usize, rng: &mut Rng) -> Vec<Vec<Value>> {
         let turn = !cell.controls.is_empty() && !rng.one_in(3);
         if turn {
             // one bit alone, so that no race decides what Verilog gives
-            let (port, _) = rng.pick(&cell.controls);
-            let at = cell.inputs.iter().position(|i| i.0 == *port).unwrap();
-            let bit = rng.below(next[at].width().into()) as u32;
-            let level = *rng.pick(&[Logic::Zero, Logic::One, Logic::Zero, Logic::One, Logic::X, Logic::Z]);
-            next[at].set_bit(bit, level);
+            for _ in 0..if cell.together { 1 + rng.below(3) } else { 1 } {
+                let (port, _) = rng.pick(&cell.controls);
+                let at = cell.inputs.iter().position(|i| i.0 == *port).unwrap();
+                let bit = rng.below(next[at].width().into()) as u32;
+                let levels = [Logic::Zero, Logic::One, Logic::Zero, Logic::One, Logic::X, Logic::Z];
+                let level = *rng.pick(if cell.known { &levels[..4] } else { &levels });
+                next[at].set_bit(bit, level);
+            }
         } else {
             for (to, &(port, width)) in next.iter_mut().zip(&cell.inputs) {
                 if !cell.controls.iter().any(|c| c.0 == port) {
@@ -148,7 +170,28 @@ fn inputs(cell: &Cell, vectors: usize, rng: &mut Rng) -> Vec<Vec<Value>> {
 }
 
 /// Cells with a model in `models.v`.
-const OWN: &str = include_str!("models.v");
+pub const OWN: &str = include_str!("models.v");
+
+/// The module that models a cell, with its parameters.
+pub fn module(cell: &Cell) -> String {
+    let parameters = cell.parameters.iter().map(|(name, v)| match v.to_u64() {
+        // as Yosys' own parameters are: numbers, or bits
+        Some(n) if v.width() == 32 && n < 1 << 31 => format!(".{name}({n})"),
+        _ => format!(".{name}({}'b{})", v.width(), v.bit_string()),
+    });
+    let own = format!("own_{}", &cell.kind[1..]);
+    let mut parameters: Vec<String> = parameters.collect();
+    let module = match cell.model {
+        Some(model) => {
+            let (module, more) = model.split_once(' ').unwrap_or((model, ""));
+            parameters.extend(more.split_whitespace().map(|p| format!(".{p}(1)")));
+            module.to_owned()
+        }
+        None if OWN.contains(&format!("module {own} ")) => own,
+        None => format!("\\{} ", cell.kind),
+    };
+    if parameters.is_empty() { module } else { format!("{module} #({})", parameters.join(", ")) }
+}
 
 /// The outputs of each cell in each vector, as Icarus has them.
 fn icarus(folder: &Path, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors: usize) -> Vec<Vec<String>> {
@@ -158,37 +201,32 @@ fn icarus(folder: &Path, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors: 
     let mut at = 0;
     for (i, cell) in cells.iter().enumerate() {
         let mut ports = Vec::new();
+        let mut first = BTreeMap::new();
         for (port, width) in &cell.inputs {
-            ports.push(format!(".{port}(in[{at} +: {width}])"));
+            first.insert(*port, at);
+            if cell.is_port(port) {
+                ports.push(format!(".{port}(in[{at} +: {width}])"));
+            }
             at += width;
+        }
+        for (port, taps) in &cell.taps {
+            let bits = taps.iter().rev().map(|t| match *t {
+                None => "1'b0".into(),
+                Some(("1", _)) => "1'b1".into(),
+                Some((input, bit)) => format!("in[{}]", first[input] + bit),
+            });
+            ports.push(format!(".{port}({{{}}})", bits.collect::<Vec<_>>().join(", ")));
         }
         for (port, width) in &cell.outputs {
             writeln!(text, "wire [{width}-1:0] y{i}_{port};").unwrap();
             ports.push(format!(".{port}(y{i}_{port})"));
             writeln!(show, "    $write(\"%b \", y{i}_{port});").unwrap();
         }
-        let parameters = cell.parameters.iter().map(|(name, v)| match v.to_u64() {
-            // as Yosys' own parameters are: numbers, or bits
-            Some(n) if v.width() == 32 => format!(".{name}({n})"),
-            _ => format!(".{name}({}'b{})", v.width(), v.bit_string()),
-        });
-        let own = format!("own_{}", &cell.kind[1..]);
-        let mut parameters: Vec<String> = parameters.collect();
-        let module = match cell.model {
-            Some(model) => {
-                let (module, more) = model.split_once(' ').unwrap_or((model, ""));
-                parameters.extend(more.split_whitespace().map(|p| format!(".{p}(1)")));
-                module.to_owned()
-            }
-            None if OWN.contains(&format!("module {own} ")) => own,
-            None => format!("\\{} ", cell.kind),
-        };
-        writeln!(text, "{module} #({}) c{i} ({});", parameters.join(", "), ports.join(", ")).unwrap();
+        writeln!(text, "{} c{i} ({});", module(cell), ports.join(", ")).unwrap();
         if let Some(init) = &cell.init {
             writeln!(text, "initial c{i}.Q = {}'b{};", init.width(), init.bit_string()).unwrap();
         }
     }
-    text = text.replace("#() ", "");
     write!(
         text,
         "initial begin\n  $readmemb(\"stimulus.txt\", all);\n  for (v = 0; v < {vectors}; v = v + 1) begin\n    \
@@ -229,22 +267,38 @@ fn icarus(folder: &Path, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors: 
 
 /// The netlist of all cells as Yosys writes it.
 pub fn netlist(cells: &[Cell]) -> Json {
-    let (mut ports, mut all, mut names) = (Map::new(), Map::new(), Map::new());
+    let (mut ports, mut all, mut names, mut memories) = (Map::new(), Map::new(), Map::new(), Map::new());
     let mut next = 2u32;
     for (i, cell) in cells.iter().enumerate() {
         let mut connections = Map::new();
+        let mut bits_of = BTreeMap::new();
         let inputs = cell.inputs.iter().map(|p| (p, "input"));
         for (&(port, width), direction) in inputs.chain(cell.outputs.iter().map(|p| (p, "output"))) {
             let bits: Vec<u32> = (next..next + width).collect();
             next += width;
             let name = format!("c{i}_{port}");
             ports.insert(name.clone(), json!({ "direction": direction, "bits": bits }));
-            connections.insert(port.to_owned(), json!(bits));
+            if cell.is_port(port) {
+                connections.insert(port.to_owned(), json!(bits));
+            }
+            bits_of.insert(port, bits.clone());
             let mut attributes = Map::new();
             if let Some(init) = cell.init.as_ref().filter(|_| direction == "output") {
                 attributes.insert("init".into(), json!(init.bit_string()));
             }
             names.insert(name, json!({ "hide_name": 0, "bits": bits, "attributes": attributes }));
+        }
+        for (port, taps) in &cell.taps {
+            let bits = taps.iter().map(|t| match *t {
+                None => json!("0"),
+                Some(("1", _)) => json!("1"),
+                Some((input, bit)) => json!(bits_of[input][bit as usize]),
+            });
+            connections.insert((*port).to_owned(), bits.collect());
+        }
+        if cell.in_parts {
+            crate::memory::parts(&format!("m{i}"), cell, &connections, &mut all, &mut memories);
+            continue;
         }
         let parameters = cell.parameters.iter().map(|(n, v)| ((*n).to_owned(), json!(v.bit_string())));
         let parameters: Map<String, Json> = parameters.collect();
@@ -253,7 +307,8 @@ pub fn netlist(cells: &[Cell]) -> Json {
         all.insert(format!("c{i}"), body);
     }
     json!({ "creator": "Yosys test", "modules": { "bench": {
-        "attributes": { "top": "1" }, "ports": ports, "cells": all, "netnames": names } } })
+        "attributes": { "top": "1" }, "ports": ports, "cells": all, "memories": memories,
+        "netnames": names } } })
 }
 
 /// The outputs of each cell in each vector, as they are here.

@@ -53,6 +53,8 @@ pub(super) struct Form {
     first_leaf: u32,
     /// What is constant: where it belongs, its value, the bit that tells of a change.
     pub constants: Vec<(Half, u64, Option<u32>)>,
+    /// State that controls keep at a constant, whatever is sampled.
+    pub fixed: Vec<(Half, u64)>,
     /// Slots of state that may be unknown; none if that is all.
     pub unknown: Option<Vec<u32>>,
     /// Numbers of the control bits that may be unknown.
@@ -118,6 +120,8 @@ impl Form {
         }
         let first_leaf = w.wiring.leaves.start;
         let constants = plan.constants.iter().map(|(root, n)| (root.half, *n, root.observed)).collect();
+        let fixed = plan.constants.iter().filter(|(root, _)| w.wiring.leaves.contains(&(root.half / 2)));
+        let fixed = fixed.map(|(root, n)| (root.half, *n)).collect();
         let small = unknown.is_some() && graph.len() <= FUSED;
         Ok(Form {
             machine,
@@ -127,6 +131,7 @@ impl Form {
             wakes,
             first_leaf,
             constants,
+            fixed,
             unknown,
             doubtful,
             keeps,

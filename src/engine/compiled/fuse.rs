@@ -81,7 +81,17 @@ impl Fuse<'_> {
             ever.iter_mut().zip(&self.affected).for_each(|(e, a)| *e |= a);
             self.forget();
             self.settle(&ever);
-            let touched: Vec<usize> = (0..wiring.pins.len()).filter(|&i| self.touches(wiring.pins[i].bit)).collect();
+            let mut touched: Vec<usize> =
+                (0..wiring.pins.len()).filter(|&i| self.touches(wiring.pins[i].bit)).collect();
+            // controls at which cells sample when they become unknown only are to be known
+            touched.retain(|&i| {
+                let pin = &wiring.pins[i];
+                let clocks = !(pin.rising.is_empty() && pin.falling.is_empty());
+                if !clocks {
+                    self.pin(pin.bit);
+                }
+                clocks
+            });
             if touched.is_empty() {
                 return self.finish(&ever);
             }
@@ -181,18 +191,26 @@ impl Fuse<'_> {
         Two { v, u }
     }
 
-    /// The clock pins before anything changes.
+    /// The clock pins before anything changes: what the level of the input decides, or what memory has.
     fn pin_values(&mut self) -> Vec<Id> {
+        self.keep_levels();
         let wiring = self.s.wiring;
-        (0..wiring.pins.len())
-            .map(|i| {
-                let bit = wiring.pins[i].bit;
-                let slot = wiring.slot[bit.net.index()].expect("clock pins are kept") + bit.lo / 64;
-                let may = self.s.lowered.graph.may(self.word(bit).v);
-                let word = self.half(2 * slot, may);
-                self.out.bits(word, bit.lo % 64, 1)
-            })
-            .collect()
+        let values = (0..wiring.pins.len()).map(|i| {
+            let bit = wiring.pins[i].bit;
+            let node = self.word(bit).v;
+            let decided = self.map(node);
+            let decided = self.out.bits(decided, bit.lo % 64, 1);
+            if self.out.value(decided).is_some() {
+                return decided;
+            }
+            let slot = wiring.slot[bit.net.index()].expect("clock pins are kept") + bit.lo / 64;
+            let may = self.s.lowered.graph.may(node);
+            let word = self.half(2 * slot, may);
+            self.out.bits(word, bit.lo % 64, 1)
+        });
+        let values = values.collect();
+        self.memo.fill(NONE);
+        values
     }
 
     /// A clock pin, which is to be known.
@@ -224,9 +242,8 @@ impl Fuse<'_> {
         self.memo.iter_mut().zip(&self.affected).filter(|(_, a)| **a).for_each(|(m, _)| *m = NONE);
     }
 
-    /// What asynchronous controls and loops make of the state.
-    fn settle(&mut self, ever: &[bool]) {
-        // state whose controls have not changed is as it stands
+    /// Takes state whose controls have not changed as it stands.
+    fn keep_levels(&mut self) {
         for level in &self.s.lowered.levels {
             if level.needs.iter().any(|&n| self.affected[n as usize]) {
                 continue;
@@ -241,6 +258,11 @@ impl Fuse<'_> {
                 }
             }
         }
+    }
+
+    /// What asynchronous controls and loops make of the state.
+    fn settle(&mut self, ever: &[bool]) {
+        self.keep_levels();
         // what is kept and has not changed need not be computed
         for &(net, _) in self.s.kept {
             let slot = self.s.wiring.slot[net.index()].expect("what is kept has a place");

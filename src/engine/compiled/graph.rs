@@ -210,6 +210,15 @@ impl Graph {
         if a == b {
             return a;
         }
+        // a bit in all places, or in none
+        for (x, y) in [(a, b), (b, a)] {
+            if let Op::Select(s, m, z) = self.op(y)
+                && self.is(z, 0)
+                && self.value(m).is_some_and(|m| self.may(x) & !m == 0)
+            {
+                return self.select(s, x, z);
+            }
+        }
         match (self.op(a), self.op(b)) {
             (_, Op::Xor(x, c)) if self.value(c).is_some_and(|c| c & self.may(a) == self.may(a)) => {
                 // a & !x

@@ -66,6 +66,7 @@ pub(super) fn unsupported(kind: &CellKind) -> Option<&'static str> {
         CellKind::Delay { .. } => Some("a delay"),
         CellKind::RcDelay(_) => Some("an RC delay"),
         CellKind::Power { .. } => Some("a power"),
+        CellKind::Memory(_) => Some("a memory"),
         CellKind::Multiply { a_width, b_width, .. } if !narrow(*a_width) || !narrow(*b_width) => {
             Some("a multiplier of more than 64 bits")
         }
@@ -417,7 +418,26 @@ impl<P: Places> Lower<'_, P> {
     fn signals(&mut self, slices: &[Slice]) -> Bits {
         let mut all = Vec::new();
         let mut at = 0;
-        for s in slices {
+        let mut rest = slices;
+        while let Some((s, after)) = rest.split_first() {
+            rest = after;
+            // one bit many times, as an extended sign is
+            let times = 1 + after.iter().take_while(|next| s.width == 1 && *next == s).count();
+            if times > 1 {
+                let bit = self.signals(&slices[slices.len() - rest.len() - 1..][..1])[0];
+                let g = &mut self.out.graph;
+                let width = times as u32;
+                let part: Bits = (0..words(width))
+                    .map(|i| {
+                        let m = word_mask(width, i);
+                        Two { v: g.splat(bit.v, m), u: g.splat(bit.u, m) }
+                    })
+                    .collect();
+                append(g, &mut all, at, &part, width);
+                at += width;
+                rest = &after[times - 1..];
+                continue;
+            }
             let g = &mut self.out.graph;
             let part = if self.constants.covers(s) {
                 let mut constant = vec![Word::ZERO; words(s.width)];
@@ -494,7 +514,9 @@ impl<P: Places> Lower<'_, P> {
         for &net in &outputs {
             self.out.nets[net.index()] = self.state(net);
         }
-        let mut needs = Vec::new();
+        // what they hold may change at a clock edge too
+        let held = outputs.iter().flat_map(|net| self.out.nets[net.index()].iter().flat_map(|two| [two.v, two.u]));
+        let mut needs: Vec<Id> = held.collect();
         for &cell in cells {
             for pin in 0..netlist.cell(cell).kind.inputs().len() {
                 for s in netlist.input(cell, pin).iter().filter(|s| !outputs.contains(&s.net)) {

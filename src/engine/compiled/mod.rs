@@ -21,7 +21,9 @@ mod plan;
 mod steps;
 mod wiring;
 
-use super::{Engine, UnknownControl, Unsettled};
+use std::collections::HashMap;
+
+use super::{Engine, EventEngine, UnknownControl, Unsettled};
 use crate::cell::{CellKind, Clock};
 use crate::netlist::{NetId, Netlist};
 use crate::value::Word;
@@ -218,6 +220,50 @@ impl<'n> CompiledEngine<'n> {
         Ok(engine)
     }
 
+    /// An engine that goes on from where the event engine is, with everything settled and no changes untold.
+    ///
+    /// # Errors
+    /// What the netlist has that is not compiled.
+    pub(super) fn resume(
+        netlist: &'n Netlist,
+        from: &EventEngine,
+        observed: &[NetId],
+    ) -> Result<CompiledEngine<'n>, String> {
+        let mut engine = CompiledEngine::new(netlist)?;
+        let given = from.hand_over();
+        for i in 0..engine.wiring.leaf_net.len() {
+            let net = engine.wiring.leaf_net[i];
+            let slot = engine.wiring.leaves.start + i as u32;
+            let word = slot - engine.wiring.slot[net.index()].expect("state has a place");
+            engine.memory[slot as usize] = from.read(net)[word as usize];
+        }
+        engine.now = from.now();
+        engine.started = true;
+        let seen: HashMap<(NetId, u32, bool), bool> =
+            given.seen.iter().map(|&(net, lo, level, seen)| ((net, lo, level), seen)).collect();
+        for (pin, watch) in engine.wiring.pins.iter().zip(&mut engine.watches) {
+            let word = from.read(pin.bit.net)[pin.bit.lo as usize / 64];
+            let seen = seen.get(&(pin.bit.net, pin.bit.lo, pin.level)).copied().unwrap_or(watch.seen);
+            *watch = Watch { old: bit_of(word, pin.bit.lo % 64), seen };
+        }
+        for (control, (_, pins)) in engine.control_seen.iter_mut().zip(&engine.wiring.controls) {
+            *control = given.control_seen[pins[0] as usize];
+        }
+        engine.reported[..given.reported.len()].copy_from_slice(&given.reported);
+        engine.clocks.clear();
+        for (net, clock, high, next) in given.clocks {
+            let slot = engine.wiring.slot[net.index()].expect("an input has a place");
+            engine.clocks.push(Source { slot, clock, high, next });
+        }
+        engine.next_clock = engine.clocks.iter().map(|c| c.next).min().unwrap_or(NEVER);
+        engine.changes.clear();
+        engine.listed.fill(false);
+        for &net in observed {
+            engine.observe(net);
+        }
+        Ok(engine)
+    }
+
     /// How the run has gone.
     #[must_use]
     pub fn report(&self) -> EngineReport {
@@ -238,11 +284,7 @@ impl<'n> CompiledEngine<'n> {
         }
         // places of what was kept before stay; those of old code are not used again
         for &(net, _) in &nets {
-            if self.wiring.slot[net.index()].is_none() {
-                let slot = self.memory.len() as u32;
-                self.memory.extend(wiring::initial(self.netlist, net));
-                self.wiring.slot[net.index()] = Some(slot);
-            }
+            self.place(net);
         }
         self.shared.changed = self.memory.len() as u32 * 2;
         self.memory.extend((0..self.observed_nets.len().div_ceil(128)).map(|_| Word::ZERO));
@@ -254,6 +296,15 @@ impl<'n> CompiledEngine<'n> {
         self.control_places = self.wiring.controls.iter().map(|c| place(c.0, &self.wiring.slot)).collect();
         self.forms.clear();
         self.current = None;
+    }
+
+    /// Gives a net a place with its present value, if it has none.
+    fn place(&mut self, net: NetId) {
+        if self.wiring.slot[net.index()].is_none() {
+            let now = if self.started { self.read(net).to_vec() } else { wiring::initial(self.netlist, net) };
+            self.wiring.slot[net.index()] = Some(self.memory.len() as u32);
+            self.memory.extend(now);
+        }
     }
 
     /// The number of a form in which these slots of state may be unknown, or all.
@@ -378,6 +429,10 @@ impl<'n> CompiledEngine<'n> {
                 let number = chunk + word * 64 + bits.trailing_zeros() as usize;
                 *bits &= *bits - 1;
                 form.machine.run(number, &mut self.memory);
+                // what has become unknown must not be read as known
+                if self.memory[0].v != 0 {
+                    return;
+                }
                 if let (false, Some(group)) = (self.wiring.loops.is_empty(), form.groups[number]) {
                     let runs = &mut self.loop_runs[group as usize];
                     *runs += 1;
@@ -490,17 +545,33 @@ impl<'n> CompiledEngine<'n> {
 
     /// Lets the cells listed take what was computed for them.
     fn commit(&mut self) {
+        let none_fixed = self.forms[self.current.expect("there is a form")].fixed.is_empty();
         for i in 0..self.active.len() {
             let s = self.wiring.stored[self.active[i] as usize];
             for k in 0..s.words {
-                let new = self.memory[(s.stage + k) as usize];
+                let mut new = self.memory[(s.stage + k) as usize];
+                if !none_fixed {
+                    new = self.fixed(s.slot + k, new);
+                }
                 self.put(s.slot + k, s.net, new);
             }
         }
     }
 
+    /// What asynchronous controls make of a word that is sampled, where that is a constant.
+    fn fixed(&self, slot: u32, mut new: Word) -> Word {
+        let form = &self.forms[self.current.expect("there is a form")];
+        for &(half, value) in form.fixed.iter().filter(|f| f.0 / 2 == slot) {
+            if half % 2 == 0 {
+                new.v = value;
+            } else if form.allows(slot) {
+                new.u = value;
+            }
+        }
+        new
+    }
+
     fn wave(&mut self) -> Result<(), Unsettled> {
-        self.started = true;
         self.touched = false;
         self.peeked.clear();
         if let Some((slot, level)) = self.pending.take() {
@@ -509,6 +580,7 @@ impl<'n> CompiledEngine<'n> {
         if self.shared.changed == 0 {
             self.prepare();
         }
+        self.started = true;
         let mut rounds = 0;
         loop {
             self.settle_chunks()?;
@@ -755,10 +827,8 @@ impl Engine for CompiledEngine<'_> {
         if self.observed[net.index()].is_none() {
             self.observed[net.index()] = Some(self.observed_nets.len() as u32);
             self.observed_nets.push(net);
-            if self.wiring.slot[net.index()].is_none() && self.started {
-                let now = self.read(net).to_vec();
-                self.wiring.slot[net.index()] = Some(self.memory.len() as u32);
-                self.memory.extend(now);
+            if self.started {
+                self.place(net);
             }
             // made anew at the next wave
             self.shared.changed = 0;

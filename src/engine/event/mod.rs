@@ -3,11 +3,13 @@
 //! Operations stand in evaluation order and a change marks its readers in a bit set, so within a wave every operation
 //! outside a feedback loop runs at most once and after all that it reads. Loops are iterated in steps in which all
 //! members see the values before the step, so no result depends on the order of cells. `program` holds the netlist in
-//! arrays, `build` and `link` make it, `eval` runs one operation, `settle` one wave, `queue` keeps what is to come.
+//! arrays, `build` and `link` make it, `eval` runs one operation, `settle` one wave, `queue` keeps what is to come; `memory`
+//! is what memories need of all of these.
 
 mod build;
 mod eval;
 mod link;
+mod memory;
 mod program;
 mod queue;
 mod settle;
@@ -23,6 +25,18 @@ use crate::value::word::words;
 use eval::State;
 use program::{Program, flag};
 use queue::Queue;
+
+/// What another engine has to know beside the values of nets to go on from here.
+#[cfg(feature = "compiled")]
+pub(super) struct Handover {
+    /// Clock pins, as net, bit and whether it is a control that acts, with whether they have had a known value.
+    pub seen: Vec<(NetId, u32, bool, bool)>,
+    /// For each control pin, in order, whether it has been known, and for each cell whether it has been reported.
+    pub control_seen: Vec<bool>,
+    pub reported: Vec<bool>,
+    /// The inputs driven by clocks, their levels and the ticks of their next edges.
+    pub clocks: Vec<(NetId, Clock, bool, u64)>,
+}
 
 /// The reference engine; see [`Engine`].
 ///
@@ -83,6 +97,28 @@ impl EventEngine {
         }
         for (slot, clock) in clocks {
             self.start_clock(slot, clock);
+        }
+    }
+
+    /// What another engine has to know to go on from here.
+    #[cfg(feature = "compiled")]
+    pub(super) fn hand_over(&self) -> Handover {
+        let net = |slot: u32| NetId(self.program.slot_net[slot as usize]);
+        let bit = |slot: u32, shift: u8| {
+            let net = net(slot);
+            (net, (slot - self.program.net_slot[net.index()]) * 64 + u32::from(shift))
+        };
+        let pins = self.program.clocks.iter().zip(&self.state.watches);
+        let seen = pins.map(|(pin, watch)| {
+            let (net, lo) = bit(pin.slot, pin.shift);
+            (net, lo, pin.level, watch.seen)
+        });
+        let clocks = self.queue.sources().map(|(slot, clock, high, next)| (net(slot), clock, high, next));
+        Handover {
+            seen: seen.collect(),
+            control_seen: self.state.control_seen.clone(),
+            reported: self.state.reported.clone(),
+            clocks: clocks.collect(),
         }
     }
 

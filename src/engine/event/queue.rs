@@ -76,6 +76,12 @@ impl Queue {
         self.clocks.iter().map(|c| (c.slot, c.clock)).collect()
     }
 
+    /// The clocks with their levels and the ticks of their next edges.
+    #[cfg(feature = "compiled")]
+    pub fn sources(&self) -> impl Iterator<Item = (u32, Clock, bool, u64)> + '_ {
+        self.clocks.iter().map(|c| (c.slot, c.clock, c.high, c.next))
+    }
+
     /// The next tick at which anything happens.
     #[inline(always)]
     pub fn next(&self) -> Option<u64> {

@@ -3,6 +3,7 @@
 
 use super::eval::{State, bit_of};
 use super::program::Program;
+use crate::cell::memory::merged;
 use crate::value::Word;
 
 /// A wave that does not end.
@@ -119,6 +120,10 @@ impl State {
             }
             let same = slots.iter().zip(&old).all(|(&slot, w)| self.slots[slot as usize] == *w);
             if same {
+                // the same because it has just come to rest, or because it has come round
+                if !self.step(p, group) {
+                    return Ok(());
+                }
                 break;
             }
             if step == next_snapshot {
@@ -153,6 +158,10 @@ impl State {
         let mut slots = Vec::new();
         for _ in 0..64 {
             slots.extend(self.staged.iter().filter(|(slot, new)| self.slots[*slot as usize] != *new).map(|s| s.0));
+            let read = self.memories.parts.iter();
+            slots.extend(
+                read.filter(|r| merged(self.slots[r.0 as usize], r.1, r.2) != self.slots[r.0 as usize]).map(|r| r.0),
+            );
             self.take(p);
             if self.combinational(p).is_err() {
                 break;
@@ -196,5 +205,8 @@ impl State {
             }
         }
         self.pending.clear();
+        if !self.memories.edges.is_empty() {
+            self.sample_memories(p);
+        }
     }
 }

@@ -12,7 +12,7 @@ pub(super) fn find(name: &str) -> Option<Lower> {
             let a = s.extend(&a, s.flag("A_SIGNED"), y.width());
             gate(s, GateOp::Not, &[&a], y)
         },
-        "$pos" | "$buf" => |s| {
+        "$pos" | "$buf" | "$barrier" => |s| {
             s.import.own_constants = true;
             let (a, y) = (s.operand("A"), s.output("Y"));
             let a = s.extend(&a, s.flag("A_SIGNED"), y.width());
