@@ -1,7 +1,7 @@
 //! `discreta run`: a circuit, its scenario, a summary, a waveform.
 
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value as Json, json};
 
