@@ -66,7 +66,7 @@ pub struct Fst<D: Destination + Seek> {
 
 enum State<D: Destination + Seek> {
     New(D),
-    Body(FstBodyWriter<BufWriter<D>>),
+    Body(Box<FstBodyWriter<BufWriter<D>>>),
     /// It failed or is complete.
     Done,
 }
@@ -154,7 +154,7 @@ impl<D: Destination + Seek> Format for Fst<D> {
         };
         let mut header = FstHeaderWriter::new(BufWriter::new(destination), &info).map_err(fault)?;
         self.declare(&mut header, layout, slot_of).map_err(fault)?;
-        self.state = State::Body(header.finish().map_err(fault)?);
+        self.state = State::Body(Box::new(header.finish().map_err(fault)?));
         Ok(())
     }
 
