@@ -15,7 +15,8 @@ use support::{folder, repository};
 /// Runs a tool that must be there; what it says on standard error, which is to be nothing.
 fn tool(folder: &Path, name: &str, arguments: &[&str]) -> String {
     let told = Command::new(name).current_dir(folder).args(arguments).output();
-    let told = told.unwrap_or_else(|e| panic!("{name}: {e}; this test needs it: apt-get install iverilog verilator yosys"));
+    let told =
+        told.unwrap_or_else(|e| panic!("{name}: {e}; this test needs it: apt-get install iverilog verilator yosys"));
     let text = String::from_utf8_lossy(&told.stderr).into_owned();
     assert!(told.status.success(), "{name} {}: {text}", arguments.join(" "));
     text
@@ -104,8 +105,7 @@ fn compare(folder: &Path, line: &str, counts: &mut Counts) {
     // an instance that is called as a net is gets another name
     let mut renamed = 0;
     let by_name: HashMap<&str, usize> = theirs.iter().enumerate().map(|(i, t)| (t.0.as_str(), i)).collect();
-    let plain: HashMap<String, usize> =
-        theirs.iter().enumerate().map(|(i, t)| (t.0.replace("_2.", "."), i)).collect();
+    let plain: HashMap<String, usize> = theirs.iter().enumerate().map(|(i, t)| (t.0.replace("_2.", "."), i)).collect();
     for ours in &ours {
         let found = by_name.get(ours.0.as_str()).or_else(|| {
             renamed += 1;
@@ -185,7 +185,8 @@ fn what_comes_back_from_yosys_is_the_same() {
         discreta(&["export", &circuit, "--to", "verilog", "-o", &design]);
         tool(&folder, "yosys", &["-q", "-p", &format!("read_verilog {name}.v; {level}; write_json {name}.json")]);
         // the circuit's own scenario, on the netlist
-        let file: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(repository(&circuit)).unwrap()).unwrap();
+        let file: serde_json::Value =
+            serde_json::from_str(&std::fs::read_to_string(repository(&circuit)).unwrap()).unwrap();
         let mut simulation = file["simulation"].clone();
         let (end, ours) = waves(Path::new(&ours), "");
         for gone in ["expect", "checks", "until", "limit", "trace"] {
@@ -203,7 +204,8 @@ fn what_comes_back_from_yosys_is_the_same() {
         let before = counts.nets;
         for (net, changes) in &ours {
             // a name that stays, without what drove it: nothing needed it
-            let undriven = |found: &&&Vec<(u64, String)>| level != "hierarchy -auto-top; proc" && found[0].1.contains('z');
+            let undriven =
+                |found: &&&Vec<(u64, String)>| level != "hierarchy -auto-top; proc" && found[0].1.contains('z');
             let Some(found) = theirs.get(net.as_str()).filter(|found| !undriven(found)) else {
                 gone += 1;
                 continue;

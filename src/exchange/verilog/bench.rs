@@ -71,7 +71,10 @@ impl Bench<'_> {
         let mut connections = Vec::new();
         let port_names: Vec<String> = {
             let mut inner = Taken::default();
-            ports.iter().map(|&p| inner.fresh(&[0], &netlist.signal(p).name.replace(char::is_whitespace, "_"))).collect()
+            ports
+                .iter()
+                .map(|&p| inner.fresh(&[0], &netlist.signal(p).name.replace(char::is_whitespace, "_")))
+                .collect()
         };
         // the instance has the name of the top module, so that its waveform has the same scopes
         let dut = identifier(&taken.fresh(&[0], &netlist.scopes()[0].name.replace(char::is_whitespace, "_")));
@@ -114,7 +117,10 @@ impl Bench<'_> {
         let settle = identifier(&taken.fresh(&[0], "settle"));
         let _ = writeln!(text, "\n    // waits at one time until all that is clocked has changed");
         let _ = writeln!(text, "    reg {round} = 1'b0;\n    task {settle};");
-        let _ = writeln!(text, "        repeat ({rounds}) begin\n            {round} <= ~{round};\n            @({round});");
+        let _ = writeln!(
+            text,
+            "        repeat ({rounds}) begin\n            {round} <= ~{round};\n            @({round});"
+        );
         let _ = writeln!(text, "        end\n    endtask");
         self.stimulus(&mut text, &names, &settle);
         self.end(&mut text, &design, &mut taken, &dut, rounds)?;
@@ -167,9 +173,9 @@ impl Bench<'_> {
         let _ = writeln!(text, "            repeat ({}) begin", 3 * rounds);
         let _ = writeln!(text, "                {last} <= ~{last};\n                @({last});\n            end");
         if let Some((signal, value)) = &scenario.until {
-            let net = self.path(design, dut, *signal).ok_or_else(|| {
-                Refused(format!("`{}` has no name in the Verilog", netlist.signal_path(*signal)))
-            })?;
+            let net = self
+                .path(design, dut, *signal)
+                .ok_or_else(|| Refused(format!("`{}` has no name in the Verilog", netlist.signal_path(*signal))))?;
             let _ = writeln!(text, "            if ({net} === {}) $finish;", literal(value));
             let _ = writeln!(text, "        end\n    endtask");
             let _ = writeln!(text, "    initial begin\n        #0 {finish};");
@@ -178,8 +184,8 @@ impl Bench<'_> {
             let _ = writeln!(text, "            $finish;\n        end\n    endtask");
         }
         // without clocks it ends by itself when nothing is left to do
-        let ticking = !scenario.clocks.is_empty()
-            || netlist.cells().iter().any(|c| matches!(c.kind, CellKind::Clock(_)));
+        let ticking =
+            !scenario.clocks.is_empty() || netlist.cells().iter().any(|c| matches!(c.kind, CellKind::Clock(_)));
         if ticking || scenario.limit_given && scenario.until.is_none() {
             let _ = writeln!(text, "    initial begin\n        #{};", scenario.limit);
             match scenario.until {
@@ -209,7 +215,8 @@ impl Bench<'_> {
         let netlist = self.netlist;
         let signal = netlist.signal(id);
         let (prefix, module, block) = scope_path(netlist, design, dut, signal.scope)?;
-        let same = |w: &crate::netlist::hierarchy::Wire| w.signal.is_some() && w.block == block && w.name == signal.name;
+        let same =
+            |w: &crate::netlist::hierarchy::Wire| w.signal.is_some() && w.block == block && w.name == signal.name;
         let wire = design.hierarchy.modules()[module].wires.iter().position(same)?;
         Some(format!("{prefix}.{}", design.names[module].wires[wire]))
     }

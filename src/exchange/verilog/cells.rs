@@ -11,7 +11,8 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
     let kind = w.kind(cell);
     let of = |w: &Writer<'_>, pin: usize| w.input(cell, pin);
     // input k of a pin that takes several
-    let several = |w: &Writer<'_>, pin: usize, k: u32, width: u32| w.text_of(&part(&cell.inputs[pin], k * width, width));
+    let several =
+        |w: &Writer<'_>, pin: usize, k: u32, width: u32| w.text_of(&part(&cell.inputs[pin], k * width, width));
     let bit = |w: &Writer<'_>, pin: usize, i: u32| {
         if cell.inputs[pin].is_empty() { "1'b0".to_owned() } else { w.text_of(&part(&cell.inputs[pin], i, 1)) }
     };
@@ -353,7 +354,11 @@ fn alu(w: &mut Writer<'_>, cell: &Cell, alu: &crate::cell::Alu) {
     let (sum, into) = (w.helper(cell, "sum"), w.helper(cell, "into"));
     // what is cut off makes the sum x too
     let unknown = format!("(^{{{}, {}}} ^ ^{{{}, {}}})", a.0, b.0, a.0, b.0);
-    w.unused(&format!("wire [{n}:0] {sum} = {first} + {second} + {{{}, {ci}}} + {{{}, {unknown}}};", zeros(n), zeros(n)));
+    w.unused(&format!(
+        "wire [{n}:0] {sum} = {first} + {second} + {{{}, {ci}}} + {{{}, {unknown}}};",
+        zeros(n),
+        zeros(n)
+    ));
     w.unused(&format!("wire [{n}:0] {into} = {sum} ^ {first} ^ {second};"));
     w.assign(cell, 0, &format!("{first}[{}:0] ^ {second}[{}:0]", n - 1, n - 1));
     w.assign(cell, 1, &format!("{sum}[{}:0]", n - 1));

@@ -91,7 +91,8 @@ fn feedback(netlist: &Netlist, hierarchy: &Hierarchy) -> Vec<Vec<bool>> {
         for (w, wire) in module.wires.iter().enumerate() {
             let of_cell = |c: &Cell| {
                 let drives = |p: &Piece| matches!(p, Piece::Wire { wire, .. } if *wire == w);
-                (0..c.outputs.len()).any(|pin| c.outputs[pin].iter().any(drives) && nets[netlist.output(c.id, pin).index()])
+                (0..c.outputs.len())
+                    .any(|pin| c.outputs[pin].iter().any(drives) && nets[netlist.output(c.id, pin).index()])
             };
             found[m][w] = match wire.signal {
                 Some(signal) => names.contains(&(m, &netlist.signal(signal).name)),
@@ -263,7 +264,9 @@ impl<'h> Writer<'h> {
     fn select(&self, wire: usize, lo: u32, width: u32) -> String {
         let name = &self.wires[wire];
         match self.module.wires[wire].width {
-            whole if whole == width => name.trim_end_matches(if name.starts_with('\\') { '\0' } else { ' ' }).to_owned(),
+            whole if whole == width => {
+                name.trim_end_matches(if name.starts_with('\\') { '\0' } else { ' ' }).to_owned()
+            }
             _ if width == 1 => format!("{name}[{lo}]"),
             _ => format!("{name}[{}:{lo}]", lo + width - 1),
         }
@@ -495,7 +498,8 @@ impl<'h> Writer<'h> {
             };
             pieces.iter().flat_map(one).collect()
         };
-        let plain = |c: &Cell| matches!(self.kind(c), CellKind::Gate { .. } | CellKind::AndOr { .. } | CellKind::Mux { .. });
+        let plain =
+            |c: &Cell| matches!(self.kind(c), CellKind::Gate { .. } | CellKind::AndOr { .. } | CellKind::Mux { .. });
         let mut edges: Vec<(u32, u32)> = Vec::new();
         for (c, cell) in module.cells.iter().enumerate().filter(|(_, c)| plain(c)) {
             for bit in bits(&cell.outputs[0]) {
@@ -518,7 +522,8 @@ impl<'h> Writer<'h> {
             }
             for group in &sorted.groups {
                 let members = sorted.sequence[group.clone()].iter();
-                let whole = |&&c: &&u32| !module.cells[c as usize].outputs[0].iter().any(|p| matches!(p, Piece::Open(_)));
+                let whole =
+                    |&&c: &&u32| !module.cells[c as usize].outputs[0].iter().any(|p| matches!(p, Piece::Open(_)));
                 match members.filter(whole).min() {
                     Some(&first) => self.closing[first as usize] = true,
                     None => return,

@@ -316,12 +316,17 @@ fn always(w: &mut Writer<'_>, cell: &Cell, kind: &CellKind, name: &str) {
             controls = vec![3];
             when(3, zeros(width), &mut rules);
             when(6, input(1), &mut rules);
-            when(4, counted(width, c, &q, &input(5), is_never(&cell.inputs[5]), is_always(&cell.inputs[5])), &mut rules);
+            when(
+                4,
+                counted(width, c, &q, &input(5), is_never(&cell.inputs[5]), is_always(&cell.inputs[5])),
+                &mut rules,
+            );
         }
         CellKind::Accumulator(_) => {
             controls = vec![3];
             when(3, zeros(width), &mut rules);
-            let ci = if is_never(&cell.inputs[2]) { String::new() } else { format!(" + {}", extended(width, &input(2))) };
+            let ci =
+                if is_never(&cell.inputs[2]) { String::new() } else { format!(" + {}", extended(width, &input(2))) };
             when(4, format!("{q} + {}{ci}", input(1)), &mut rules);
         }
         _ => {}
