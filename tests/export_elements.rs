@@ -234,7 +234,7 @@ fn every_kind_of_cell_runs_on_icarus_as_here() {
         writeln!(bench, "      repeat (4) begin r <= ~r; @(r); end").unwrap();
         writeln!(bench, "      $fdisplay(f, \"%b\", {{{}}}); #1;\n    end\n    $finish;", list(&outs)).unwrap();
         writeln!(bench, "  end\nendmodule").unwrap();
-        std::fs::write(folder.join(format!("{round}.v")), verilog::design(&netlist) + &bench).unwrap();
+        std::fs::write(folder.join(format!("{round}.v")), verilog::design(&netlist).unwrap() + &bench).unwrap();
         let line = |vector: &Vec<Value>| vector.iter().map(Value::bit_string).collect::<String>() + "\n";
         std::fs::write(folder.join(format!("{round}.in")), vectors.iter().map(line).collect::<String>()).unwrap();
         tool(&folder, "iverilog", &["-g2005", "-o", &format!("{round}.vvp"), &format!("{round}.v")]);
