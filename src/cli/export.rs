@@ -25,7 +25,7 @@ fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
     let Some(testbench) = &args.testbench else {
         let circuit = circuit_of(&mut loader, &args.circuit, &args.elaboration.parameter);
         let circuit = faults(&mut loader, circuit)?;
-        write(&args.output, &verilog::design(&circuit.netlist), out)?;
+        write(&args.output, &verilog::design(&circuit.netlist).map_err(refused)?, out)?;
         return Ok(Status::Done);
     };
     let changes = Changes {
@@ -42,16 +42,16 @@ fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
     let prepared = prepare(&mut loader, &args.circuit, &changes);
     let Prepared { circuit, scenario, replay, .. } = faults(&mut loader, prepared)?;
     if replay.is_some() {
-        let refused = CliError::usage("a test bench cannot be driven by a waveform, as this scenario is");
-        return Err(refused.with_hint("simulate the design beside what made the waveform"));
+        return Err(CliError::usage("a test bench cannot take its inputs from a waveform")
+            .with_hint("write the design alone, without --testbench"));
     }
     let dump = match testbench.file_stem() {
         Some(stem) if testbench.as_os_str() != "-" => format!("{}.vcd", stem.to_string_lossy()),
         _ => format!("{}.vcd", circuit.netlist.scopes()[0].name),
     };
     let bench = Bench { netlist: &circuit.netlist, scenario: &scenario, dump: &dump };
-    let bench = bench.write().map_err(|refused| CliError::usage(refused.to_string()))?;
-    let design = verilog::design(&circuit.netlist);
+    let bench = bench.write().map_err(refused)?;
+    let design = verilog::design(&circuit.netlist).map_err(refused)?;
     if *testbench == args.output {
         write(&args.output, &format!("{design}\n{bench}"), out)?;
     } else {
@@ -59,6 +59,10 @@ fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
         write(testbench, &bench, out)?;
     }
     Ok(Status::Done)
+}
+
+fn refused(what: verilog::Refused) -> CliError {
+    CliError::usage(what.to_string())
 }
 
 /// Writes a whole file, or none.
