@@ -109,8 +109,8 @@ pub(super) struct Import<'f, 'a> {
     plans: Vec<Option<Plan>>,
     /// What each type is, by its term.
     types: HashMap<Term, Type>,
-    /// Inverted bits, by the bit.
-    pub inverted: HashMap<u32, Bus>,
+/// Inverted bits, by the instance that asks for one and the bit.
+    pub inverted: HashMap<(ScopeId, u32), Bus>,
     parameters: IndexMap<String, i64>,
     simulation: Option<String>,
     scopes: HashMap<(ScopeId, String), ScopeId>,
@@ -253,12 +253,20 @@ impl<'f, 'a> Import<'f, 'a> {
         self.plans[number].as_ref().expect("a plan is made with the first instance")
     }
 
+    /// Which way a port goes, if it is said.
+    fn direction(&self, port: &Port<'_>) -> Option<Direction> {
+        match self.file.terms.text(port.direction?).as_ref() {
+            "input" => Some(Direction::Input),
+            "output" => Some(Direction::Output),
+            "inout" => Some(Direction::Inout),
+            _ => None,
+        }
+    }
+
     fn top_ports(&mut self, here: &mut Here<'f, 'a>) {
-        let direction = |import: &Self, port: &Port<'_>| port.direction.map(|d| import.file.terms.text(d).to_string());
         for port in here.module.ports.iter().filter(|p| !p.bits.is_empty()) {
-            let way = match direction(self, port).as_deref() {
-                Some("input") => Direction::Input,
-                Some("inout") => Direction::Inout,
+            let way = match self.direction(port) {
+                Some(way @ (Direction::Input | Direction::Inout)) => way,
                 _ => continue,
             };
             let scope = here.scope;
@@ -270,11 +278,11 @@ impl<'f, 'a> Import<'f, 'a> {
         }
         self.fill(here);
         for port in here.module.ports.iter().filter(|p| !p.bits.is_empty()) {
-            match direction(self, port).as_deref() {
-                Some("input" | "inout") => continue,
-                Some("output") => {}
-                other => {
-                    let found = other.unwrap_or("nothing").to_owned();
+            match self.direction(port) {
+                Some(Direction::Input | Direction::Inout) => continue,
+                Some(Direction::Output) => {}
+                None => {
+                    let found = port.direction.map_or("nothing", |d| self.file.terms.text(d)).to_owned();
                     let fault = Diagnostic::new(Code::WrongType, format!("a port cannot go `{found}`"));
                     self.diagnostics.push(fault.at(self.span_of(&port.name), "input, output or inout"));
                 }
@@ -369,10 +377,11 @@ impl<'f, 'a> Import<'f, 'a> {
     /// The nets and cells of an instance whose bits are there.
     fn body(&mut self, here: &Here<'f, 'a>) {
         let top = here.depth == 1;
-        let ports: std::collections::HashSet<&str> =
-            if top { here.module.ports.iter().map(|p| p.name.as_ref()).collect() } else { Default::default() };
+        let ports: HashMap<&str, Option<Direction>> =
+            here.module.ports.iter().map(|p| (p.name.as_ref(), self.direction(p))).collect();
         for net in here.module.nets.iter().filter(|n| !n.bits.is_empty()) {
-            if top && ports.contains(net.name.as_ref()) {
+            let port = ports.get(net.name.as_ref());
+            if top && port.is_some() {
                 continue;
             }
             let (mut scope, mut name) = (here.scope, net.name.as_ref());
@@ -381,7 +390,14 @@ impl<'f, 'a> Import<'f, 'a> {
                 scope = parts.iter().fold(scope, |scope, part| self.inner_scope(scope, part));
             }
             let bus = self.bus(here, here.module.bits(net.bits));
-            self.builder.name(scope, name, bus, net.signed, net.hidden, None);
+            self.builder.name(
+                scope,
+                name,
+                bus,
+                net.signed,
+                net.hidden,
+                port.copied().flatten().filter(|_| scope == here.scope),
+            );
             self.origins.signal(self.span_of(&net.name));
         }
         let origin = self.plan(here.number).origin;
