@@ -109,7 +109,7 @@ pub(super) struct Import<'f, 'a> {
     plans: Vec<Option<Plan>>,
     /// What each type is, by its term.
     types: HashMap<Term, Type>,
-/// Inverted bits, by the instance that asks for one and the bit.
+    /// Inverted bits, by the instance that asks for one and the bit.
     pub inverted: HashMap<(ScopeId, u32), Bus>,
     parameters: IndexMap<String, i64>,
     simulation: Option<String>,

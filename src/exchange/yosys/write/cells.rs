@@ -88,24 +88,16 @@ pub fn draw(d: &mut Draw, kind: &CellKind, element: &'static str, ins: &[Bits], 
         CellKind::Tristate { width } => {
             plain(d, "$tribuf", vec![("WIDTH", Setting::Number(*width))], &["A", "EN"], ins, &["Y"], outs);
         }
-        CellKind::Resolve { width, .. } => {
-            // who reads a driver by itself sees it by itself, so that each drives through a buffer that is open
-            for (i, driver) in ins[0].chunks(*width as usize).enumerate() {
-                let pins = [driver.to_vec(), vec![ONE]];
-                let sizes = vec![("WIDTH", Setting::Number(*width))];
-                let [a, en] = pins;
-                d.put(&format!("{i}"), "$tribuf", sizes, vec![("A", a), ("EN", en)], vec![("Y", outs[0].clone())]);
-            }
-        }
-        // its bits are constants wherever they are read
-        CellKind::Constant(_) => {}
+        // whatever drives a wire is connected to it
+        CellKind::Resolve { .. } => {}
+        CellKind::Constant(value) => _ = d.unary("", "$pos", &constant(value), outs[0].clone()),
         CellKind::Sr { set_dominates, init } => storage::sr(d, *set_dominates, init, ins, outs),
         CellKind::Latch(flop) => storage::latch(d, flop, element, ins, outs),
         CellKind::Flop(flop) => storage::flop(d, flop, element, ins, outs),
         CellKind::EdgeFlop(flop) => storage::edge_flop(d, flop, element, ins, outs),
         CellKind::Delay { ticks: 1, init: Some(init), width } => {
-            d.init(&outs[0], init);
-            plain(d, "$ff", vec![("WIDTH", Setting::Number(*width))], &["D"], ins, &["Q"], outs);
+            let q = d.state(&outs[0], init);
+            plain(d, "$ff", vec![("WIDTH", Setting::Number(*width))], &["D"], ins, &["Q"], &[q]);
         }
         CellKind::Counter(_)
         | CellKind::Accumulator(_)

@@ -18,6 +18,8 @@ pub struct Draw<'o> {
     pub inits: Vec<(String, Bits, Value)>,
     /// How many read or show each bit of the module, by its number; what is drawn meanwhile is not counted.
     pub uses: Vec<u32>,
+    /// How many may drive each.
+    pub drivers: Vec<u32>,
 }
 
 /// One bit, repeated.
@@ -30,7 +32,50 @@ pub const ONE: Bit = Bit::Constant(Logic::One);
 
 impl<'o> Draw<'o> {
     pub fn new(module: Module, owns: &'o mut Owns) -> Draw<'o> {
-        Draw { module, owns, name: String::new(), source: None, inits: Vec::new(), uses: Vec::new() }
+        Draw {
+            module,
+            owns,
+            name: String::new(),
+            source: None,
+            inits: Vec::new(),
+            uses: Vec::new(),
+            drivers: Vec::new(),
+        }
+    }
+
+    /// Counts who uses each bit of a module, and who drives it.
+    pub fn count(&mut self, end: u32, shown: &[Bits], pins: &[(Vec<Bits>, Vec<Bits>)], bound: &[Vec<Bits>]) {
+        let (mut uses, mut drivers) = (vec![0; end as usize], vec![0; end as usize]);
+        let count = |list: &mut Vec<u32>, bits: &[Bit]| {
+            for bit in bits {
+                if let Bit::Net(n) = bit {
+                    list[*n as usize] += 1;
+                }
+            }
+        };
+        shown.iter().for_each(|bits| count(&mut uses, bits));
+        pins.iter().flat_map(|p| &p.0).for_each(|bits| count(&mut uses, bits));
+        pins.iter().flat_map(|p| &p.1).for_each(|bits| count(&mut drivers, bits));
+        bound.iter().flatten().for_each(|bits| {
+            count(&mut uses, bits);
+            count(&mut drivers, bits);
+        });
+        (self.uses, self.drivers) = (uses, drivers);
+    }
+
+    /// The state of a cell that begins with a value. Yosys has the value with the net, so where others drive that too the
+    /// state has one of its own.
+    pub fn state(&mut self, q: &[Bit], init: &Value) -> Bits {
+        let known = init.bits().any(|b| b != Logic::X);
+        let shared = |bit: &Bit| matches!(bit, Bit::Net(n) if self.drivers.get(*n as usize).is_some_and(|&d| d > 1));
+        if !known || !q.iter().any(shared) {
+            self.init(q, init);
+            return q.to_vec();
+        }
+        let own = self.fresh("q", q.len());
+        self.init(&own, init);
+        self.unary("wire", "$pos", &own, q.to_vec());
+        own
     }
 
     /// Whether anything reads or shows some of these bits.
@@ -146,7 +191,7 @@ impl<'o> Draw<'o> {
     }
 
     /// Says what the state of the cell holds at the start.
-    pub fn init(&mut self, q: &[Bit], value: &Value) {
+    fn init(&mut self, q: &[Bit], value: &Value) {
         if value.bits().any(|b| b != Logic::X) {
             self.inits.push((self.name.clone(), q.to_vec(), value.clone()));
         }

@@ -96,8 +96,7 @@ fn body(kind: &CellKind, name: &str, pins: &[(&'static str, Direction)]) -> Modu
         CellKind::Latch(f) => {
             let controls = controls(f, &pin, (pin("en"), pin("d")));
             let (load, data) = storage::one_load(&mut d, &controls);
-            storage::open_latch(&mut d, load.unwrap_or(ZERO), &data, &q);
-            d.init(&q, &f.init);
+            storage::open_latch(&mut d, f, load.unwrap_or(ZERO), &data, &q);
             complement(&mut d, &q, pin("qn"));
         }
         CellKind::Counter(c) => {
@@ -137,7 +136,7 @@ fn body(kind: &CellKind, name: &str, pins: &[(&'static str, Direction)]) -> Modu
             let controls = controls(&flop, &pin, (Bits::new(), Bits::new()));
             storage::with_controls(&mut d, &flop, pin("clk")[0], (sum, pin("en")), &controls, &q);
         }
-        _ => d.module.attributes.push(("blackbox", format!("{:032b}", 1))),
+        _ => d.module.attributes.push(("blackbox", super::flag())),
     }
     d.finish()
 }

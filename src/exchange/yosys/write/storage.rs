@@ -32,8 +32,8 @@ pub fn sr(d: &mut Draw, set_dominates: bool, init: &Value, ins: &[Bits], outs: &
         vec![("WIDTH", Setting::Number(1)), ("SET_POLARITY", polarity(true)), ("CLR_POLARITY", polarity(true))];
     let (set, reset) = (ins[0].clone(), ins[1].clone());
     if !set_dominates {
-        d.init(&outs[0], init);
-        d.put("", "$sr", parameters, vec![("SET", set), ("CLR", reset)], vec![("Q", outs[0].clone())]);
+        let q = d.state(&outs[0], init);
+        d.put("", "$sr", parameters, vec![("SET", set), ("CLR", reset)], vec![("Q", q)]);
     } else {
         let inverse = d.fresh("inverse", 1);
         let inverted = match init.bit(0) {
@@ -41,7 +41,7 @@ pub fn sr(d: &mut Draw, set_dominates: bool, init: &Value, ins: &[Bits], outs: &
             Logic::One => Logic::Zero,
             _ => Logic::X,
         };
-        d.init(&inverse, &Value::repeat(inverted, 1));
+        let inverse = d.state(&inverse, &Value::repeat(inverted, 1));
         d.put("inverse", "$sr", parameters, vec![("SET", reset), ("CLR", set)], vec![("Q", inverse.clone())]);
         d.unary("", "$not", &inverse, outs[0].clone());
     }
@@ -56,17 +56,19 @@ fn all(value: &Value, bit: Logic) -> bool {
 /// A transparent latch.
 pub fn latch(d: &mut Draw, f: &Flop, element: &'static str, ins: &[Bits], outs: &[Bits]) {
     let [en, data, set, reset] = ins else { return };
-    let (q, width) = (&outs[0], f.init.width());
+    let width = f.init.width();
     let mut parameters = vec![("WIDTH", Setting::Number(width)), ("EN_POLARITY", polarity(true))];
     let mut inputs = vec![("EN", en.clone()), ("D", data.clone())];
-    let outputs = vec![("Q", q.clone())];
-    match (Draw::active(set), Draw::active(reset)) {
+    let (set, reset) = (Draw::active(set), Draw::active(reset));
+    let plain = all(&f.set_value, Logic::One) && all(&f.reset_value, Logic::Zero);
+    if set.is_some() && reset.is_some() && !plain {
+        let kind = CellKind::Latch(Box::new(f.clone()));
+        return Own::of(&kind, element, ins, outs, d).put(d, &kind, ins, outs);
+    }
+    let outputs = vec![("Q", d.state(&outs[0], &f.init))];
+    match (set, reset) {
         (None, None) => _ = d.put("", "$dlatch", parameters, inputs, outputs),
         (Some(set), Some(reset)) => {
-            if !all(&f.set_value, Logic::One) || !all(&f.reset_value, Logic::Zero) {
-                let kind = CellKind::Latch(Box::new(f.clone()));
-                return Own::of(&kind, element, ins, outs, d).put(d, &kind, ins, outs);
-            }
             parameters.extend([("SET_POLARITY", polarity(true)), ("CLR_POLARITY", polarity(true))]);
             inputs.extend([("SET", vec![set; width as usize]), ("CLR", vec![reset; width as usize])]);
             d.put("", "$dlatchsr", parameters, inputs, outputs);
@@ -78,14 +80,14 @@ pub fn latch(d: &mut Draw, f: &Flop, element: &'static str, ins: &[Bits], outs: 
             d.put("", "$adlatch", parameters, inputs, outputs);
         }
     }
-    d.init(q, &f.init);
-    complement(d, q, outs);
+    complement(d, &outs[0], outs);
 }
 
 /// A latch that is open while a bit is 1.
-pub fn open_latch(d: &mut Draw, en: Bit, data: &[Bit], q: &[Bit]) {
+pub fn open_latch(d: &mut Draw, f: &Flop, en: Bit, data: &[Bit], q: &[Bit]) {
+    let q = d.state(q, &f.init);
     let parameters = vec![("WIDTH", Setting::Number(q.len() as u32)), ("EN_POLARITY", polarity(true))];
-    d.put("", "$dlatch", parameters, vec![("EN", vec![en]), ("D", data.to_vec())], vec![("Q", q.to_vec())]);
+    d.put("", "$dlatch", parameters, vec![("EN", vec![en]), ("D", data.to_vec())], vec![("Q", q)]);
 }
 
 /// A D flip-flop or register.
@@ -106,17 +108,19 @@ pub fn flop(d: &mut Draw, f: &Flop, element: &'static str, ins: &[Bits], outs: &
         return Own::of(&kind, element, ins, outs, d).put(d, &kind, ins, outs);
     }
     if let (Some(set), Some(reset)) = (set, reset) {
+        let q = &d.state(q, &f.init);
         by_level(set_clear(d, f.edge, clk, data, &vec![set; q.len()], &vec![reset; q.len()], en, q));
     } else if asynchronous == 0 && synchronous == 1 {
         let (control, value) = match Draw::active(sync_set) {
             Some(bit) => (bit, &f.set_value),
             None => (sync_reset[0], &f.reset_value),
         };
-        let (mut parameters, mut inputs) = clocked(f.edge, clk, data, en, q);
+        let q = d.state(q, &f.init);
+        let (mut parameters, mut inputs) = clocked(f.edge, clk, data, en, &q);
         parameters.extend([("SRST_POLARITY", polarity(true)), ("SRST_VALUE", Setting::Value(value.clone()))]);
         inputs.push(("SRST", vec![control]));
         let kind = if Draw::always(en) { "$sdff" } else { "$sdffe" };
-        d.put("", kind, parameters, inputs, vec![("Q", q.clone())]);
+        d.put("", kind, parameters, inputs, vec![("Q", q)]);
     } else {
         let (loaded, enable) = self::synchronous(d, f, data, en, sync_set, sync_reset);
         let control = |control, data| Async { control, data };
@@ -126,10 +130,7 @@ pub fn flop(d: &mut Draw, f: &Flop, element: &'static str, ins: &[Bits], outs: &
         let controls: Vec<Async> = load.into_iter().chain(set).chain(reset).collect();
         with_controls(d, f, clk[0], (loaded, enable), &controls, q);
     }
-    if asynchronous == 2 || (asynchronous == 0 && synchronous == 1) {
-        d.init(q, &f.init);
-    }
-    complement(d, q, outs);
+    complement(d, &outs[0], outs);
 }
 
 /// Data and enable of a flip-flop with its synchronous set and reset in them. An unknown set or reset is inactive.
@@ -176,7 +177,7 @@ fn clocked(edge: Edge, clk: &[Bit], data: &[Bit], en: &[Bit], q: &[Bit]) -> Pins
 
 /// A flip-flop with data and enable, and asynchronous controls, the weakest first.
 pub fn with_controls(d: &mut Draw, f: &Flop, clk: Bit, (data, en): (Bits, Bits), controls: &[Async], q: &[Bit]) {
-    d.init(q, &f.init);
+    let q = &d.state(q, &f.init);
     let (mut parameters, mut inputs) = clocked(f.edge, &[clk], &data, &en, q);
     let always = Draw::always(&en);
     let outputs = vec![("Q", q.to_vec())];
@@ -226,26 +227,26 @@ fn set_clear<'d>(
 /// A flip-flop whose asynchronous controls act when they become active: Yosys' own.
 pub fn edge_flop(d: &mut Draw, f: &Flop, element: &'static str, ins: &[Bits], outs: &[Bits]) {
     let [clk, data, ad, aload, set, reset, en] = ins else { return };
-    let q = &outs[0];
     let plain = (aload.is_empty(), set.is_empty(), reset.is_empty());
     match plain {
         (false, true, true) if !ad.is_empty() => {
-            let (mut parameters, mut inputs) = clocked(f.edge, clk, data, en, q);
+            let q = d.state(&outs[0], &f.init);
+            let (mut parameters, mut inputs) = clocked(f.edge, clk, data, en, &q);
             parameters.push(("ALOAD_POLARITY", polarity(true)));
             inputs.extend([("ALOAD", aload.clone()), ("AD", ad.clone())]);
             let kind = if Draw::always(en) { "$aldff" } else { "$aldffe" };
-            d.put("", kind, parameters, inputs, vec![("Q", q.clone())]);
+            d.put("", kind, parameters, inputs, vec![("Q", q)]);
         }
         (true, false, false) if all(&f.set_value, Logic::One) && all(&f.reset_value, Logic::Zero) => {
+            let q = d.state(&outs[0], &f.init);
             let (set, clear) = (vec![set[0]; q.len()], vec![reset[0]; q.len()]);
-            set_clear(d, f.edge, clk, data, &set, &clear, en, q);
+            set_clear(d, f.edge, clk, data, &set, &clear, en, &q);
         }
         _ => {
             let kind = CellKind::EdgeFlop(Box::new(f.clone()));
-            return Own::of(&kind, element, ins, outs, d).put(d, &kind, ins, outs);
+            Own::of(&kind, element, ins, outs, d).put(d, &kind, ins, outs);
         }
     }
-    d.init(q, &f.init);
 }
 
 impl Draw<'_> {
