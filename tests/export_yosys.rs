@@ -258,7 +258,7 @@ fn same(label: &str, a: &Netlist, b: &Netlist, stimulus: &[Vector]) -> usize {
         }
         for (name, [one, two]) in names.iter().zip(&probes) {
             let (one, two) = (sims[0].value(one), sims[1].value(two));
-            assert_eq!(one, two, "{label}: {name} at {time}");
+            assert_eq!(one, two, "{label}: {name} at {time}, {values:?}");
             compared += 1;
         }
     }

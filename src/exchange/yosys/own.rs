@@ -19,6 +19,7 @@ pub const BUFFER: &str = "buf";
 pub fn text(kind: &CellKind, element: &str) -> Option<String> {
     let bits = |value: &Value| format!("{}'b{}", value.width(), value.bit_string());
     let mut text = match kind {
+        CellKind::Sr { set_dominates: true, init } => format!("sr dominant=set init={}", bits(init)),
         CellKind::Latch(f) => {
             format!("latch set={} reset={} init={}", bits(&f.set_value), bits(&f.reset_value), bits(&f.init))
         }
@@ -76,6 +77,9 @@ pub fn parse(text: &str) -> Option<(CellKind, &'static str)> {
     let kind = match name {
         "dff" => CellKind::Flop(flop(edge()?)?),
         "edge_dff" => CellKind::EdgeFlop(flop(edge()?)?),
+        "sr" if find("dominant") == Some("set") => {
+            CellKind::Sr { set_dominates: true, init: value("init").filter(|v| v.width() == 1)? }
+        }
         "latch" => CellKind::Latch(flop(Edge::Rising)?),
         "counter" => {
             let counter = Counter { edge: edge()?, step: value("step")?, init: value("init")? };
@@ -116,6 +120,7 @@ mod tests {
         let v = |text: &str| text.parse::<Value>().unwrap();
         let flop = Flop { edge: Edge::Falling, set_value: v("3'b01x"), reset_value: v("3'b110"), init: v("3'bz0x") };
         for kind in [
+            CellKind::Sr { set_dominates: true, init: v("1'bz") },
             CellKind::Flop(Box::new(flop.clone())),
             CellKind::EdgeFlop(Box::new(flop)),
             CellKind::Counter(Box::new(Counter { edge: Edge::Rising, step: v("70'd3"), init: v("70'd5") })),

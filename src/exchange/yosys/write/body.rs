@@ -2,7 +2,7 @@
 
 use super::cells;
 use super::draw::Draw;
-use super::model::{Bit, Bits, Cell, Module, Net, Port};
+use super::model::{Bit, Bits, Cell, Module, Net, Port, constant};
 use super::own::Owns;
 use super::{Extra, flag};
 use crate::netlist::hierarchy::{self, Hierarchy, Piece};
@@ -30,7 +30,7 @@ impl Wires {
             for piece in &wire.bits {
                 match piece {
                     Piece::Wire { wire, lo, width } => bits.extend((*lo..lo + width).map(|i| Bit::Net(own[*wire] + i))),
-                    Piece::Constant(value) => bits.extend(value.bits().map(Bit::Constant)),
+                    Piece::Constant(value) => bits.extend(constant(value)),
                     Piece::Open(width) => bits.extend(wires.fresh(*width)),
                 }
             }
@@ -52,7 +52,7 @@ impl Wires {
                     let shown = &self.bits[*wire][*lo as usize..(lo + width) as usize];
                     bits.extend(shown.to_vec());
                 }
-                Piece::Constant(value) => bits.extend(value.bits().map(Bit::Constant)),
+                Piece::Constant(value) => bits.extend(constant(value)),
                 Piece::Open(width) => bits.extend(self.fresh(*width)),
             }
         }

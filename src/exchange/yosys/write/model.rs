@@ -20,7 +20,7 @@ pub type Bits = Vec<Bit>;
 
 /// The bits of a value.
 pub fn constant(value: &Value) -> Bits {
-    value.bits().map(Bit::Constant).collect()
+    (0..value.width()).map(|i| Bit::Constant(value.bit(i))).collect()
 }
 
 /// What a parameter is set to.

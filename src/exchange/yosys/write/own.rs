@@ -93,6 +93,10 @@ fn body(kind: &CellKind, name: &str, pins: &[(&'static str, Direction)]) -> Modu
             storage::with_controls(&mut d, f, pin("clk")[0], (data, enable), &controls, &q);
             complement(&mut d, &q, pin("qn"));
         }
+        CellKind::Sr { set_dominates, .. } => {
+            let unknown = Value::unknown(1);
+            storage::sr(&mut d, *set_dominates, &unknown, &[pin("s"), pin("r")], &[q.clone(), pin("qn")]);
+        }
         CellKind::Latch(f) => {
             let controls = controls(f, &pin, (pin("en"), pin("d")));
             let (load, data) = storage::one_load(&mut d, &controls);

@@ -28,6 +28,11 @@ fn complement(d: &mut Draw, q: &[Bit], outs: &[Bits]) {
 
 /// An SR flip-flop. Yosys' is dominated by its reset; one that is dominated by its set is that, inverted.
 pub fn sr(d: &mut Draw, set_dominates: bool, init: &Value, ins: &[Bits], outs: &[Bits]) {
+    if set_dominates && init.bit(0) == Logic::Z {
+        // no inverter gives that
+        let kind = CellKind::Sr { set_dominates, init: init.clone() };
+        return Own::of(&kind, kind.element(), ins, outs, d).put(d, &kind, ins, outs);
+    }
     let parameters =
         vec![("WIDTH", Setting::Number(1)), ("SET_POLARITY", polarity(true)), ("CLR_POLARITY", polarity(true))];
     let (set, reset) = (ins[0].clone(), ins[1].clone());
