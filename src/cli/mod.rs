@@ -11,6 +11,7 @@ pub mod completions;
 pub mod diff;
 mod drawing;
 pub mod error;
+mod export_netlist;
 pub mod interpolate;
 pub mod interrupt;
 pub mod man;

@@ -1,3 +1,4 @@
 //! Other tools' formats. This room knows netlists and diagnostics, nothing of engines.
 
+pub mod dot;
 pub mod yosys;
