@@ -50,7 +50,7 @@ impl Pair {
             }
         }
         let gates = json!({ "type": self.module, "parameters": self.parameters, "connections": connections });
-        let imports = ["arithmetic", "multiplexers", "multiplier", "storage"]
+        let imports = ["arithmetic", "increments", "multiplexers", "multiplier", "storage"]
             .map(|f| repository(&format!("circuits/lib/{f}.json")));
         let module = json!({ "ports": ports, "cells": { "gates": gates, "element": element } });
         let file = json!({ "import": imports, "modules": { "pair": module } });
@@ -160,4 +160,11 @@ pub fn multiplier(a: u32, b: u32) -> Pair {
 
 pub fn sr() -> Pair {
     Pair::new("sr_nor", json!({}), &[("s", 1), ("r", 1)], &[("q", 1), ("qn", 1)], "sr", json!({}))
+}
+
+/// Without half of its volume in it.
+pub fn summator(w: u32) -> Pair {
+    let (ins, outs) = ([("clk", 1), ("d", w), ("reset", 1)], [("q", w), ("co", 1)]);
+    let element = json!({ "width": w, "edge": "falling" });
+    Pair::new("summator", json!({ "W": w }), &ins, &outs, "accumulator", element)
 }
