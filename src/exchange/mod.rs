@@ -1,4 +1,5 @@
 //! Other tools' formats. This room knows netlists and diagnostics, nothing of engines.
 
 pub mod dot;
+pub mod verilog;
 pub mod yosys;

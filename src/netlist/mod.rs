@@ -9,7 +9,7 @@ mod bus;
 mod constant;
 pub mod depth;
 mod fault;
-mod graph;
+pub(crate) mod graph;
 pub mod hierarchy;
 mod id;
 mod join;

@@ -5,6 +5,7 @@
 //! The cells that resolve several drivers are gone: here they drive one wire together. Nothing here knows of a format.
 
 mod body;
+pub(crate) mod circles;
 mod flat;
 mod names;
 #[cfg(test)]

@@ -6,9 +6,9 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 
-use super::args::Assignment;
-use super::prepare::{circuit_of, is_scenario};
 use crate::circuit::{Circuit, Loader};
+use crate::cli::args::Assignment;
+use crate::cli::prepare::{circuit_of, is_scenario};
 use crate::diag::Sources;
 use crate::exchange::yosys::{self, Extra};
 use crate::netlist::CellId;
