@@ -1,11 +1,13 @@
 //! Circuits written as Yosys netlists: what is read back gives the same value on every net at every tick, and Yosys
 //! takes what is written.
 
+#[path = "support/program.rs"]
+mod program;
 mod support;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
 use discreta::cell::{
     Accumulator, AddOp, Alu, CellKind, Clock, CompareOp, Counter, DivideOp, Edge, Flop, GateOp, Rc, Role, ShiftOp,
@@ -13,7 +15,8 @@ use discreta::cell::{
 use discreta::exchange::yosys::{Extra, write};
 use discreta::netlist::{Builder, Bus, Direction, Netlist, ScopeId};
 use discreta::{Logic, Probe, Simulator, Value, circuit};
-use support::{Rng, folder};
+use program::run;
+use support::{Rng, folder, repository};
 
 // ---- random circuits
 
@@ -288,4 +291,219 @@ fn random_circuits_come_back_as_they_were() {
     let all: usize = cells.values().sum();
     println!("600 circuits, {all} cells of {} elements, {values} values of nets compared: {cells:?}", cells.len());
     assert!(cells.len() >= 40 && cells.values().all(|&n| n >= 20), "{cells:?}");
+}
+
+// ---- what is shipped
+
+/// The JSON files below a folder of the repository, in order.
+fn files(folder: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut folders = vec![PathBuf::from(folder)];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(repository("").join(&folder)).unwrap() {
+            let path = folder.join(entry.unwrap().file_name());
+            if repository("").join(&path).is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "json") {
+                found.push(path.to_str().unwrap().to_owned());
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The circuits that are run by themselves.
+fn circuits() -> Vec<String> {
+    let library = |name: &String| name.starts_with("circuits/lib/") || name.ends_with(".schema.json");
+    files("circuits").into_iter().filter(|name| !library(name)).collect()
+}
+
+/// Writes what `path` names as a netlist.
+fn exported(folder: &Path, path: &str) -> String {
+    let to = folder.join(path.replace(['/', '.'], "_") + ".json").to_str().unwrap().to_owned();
+    let (status, _, told) = run(&["export", path, "--to", "yosys-json", "-o", &to]);
+    assert_eq!(status, 0, "{path}: {told}");
+    to
+}
+
+/// The waveform of every net and how the run ended.
+fn waves(folder: &Path, path: &str, more: &[&str], name: &str) -> (PathBuf, i32, String) {
+    let vcd = folder.join(name);
+    let (status, out, told) = run(&[&["run", path, "--trace", "**", "-o", vcd.to_str().unwrap()], more].concat());
+    assert!(status < 2, "{path}: {told}");
+    (vcd, status, out.lines().take_while(|l| !l.contains(".vcd")).collect::<Vec<_>>().join("\n"))
+}
+
+fn nets(vcd: &Path) -> usize {
+    std::fs::read_to_string(vcd).unwrap().lines().filter(|l| l.starts_with("$var")).count()
+}
+
+/// Circuits with their own scenario and with other inputs, and every scenario of the golden traces.
+#[test]
+fn shipped_circuits_run_as_before() {
+    let folder = folder("export_yosys_shipped");
+    let with: &[(&str, &[&str])] = &[
+        ("circuits/evaluation/line.json", &["-s", "dx=9", "-s", "dy=4"]),
+        ("circuits/evaluation/line_gates.json", &["-s", "dx=3", "-s", "dy=8'hxx", "--cycles", "20"]),
+        ("circuits/dda/line.json", &["-s", "dx=100", "-s", "dy=77"]),
+        ("circuits/evaluation/fast_line.json", &["-s", "dx=5", "-s", "dy=5", "-s", "xh=8'b1z"]),
+    ];
+    let plain = circuits().into_iter().chain(files("traces")).map(|path| (path, &[][..]));
+    let runs: Vec<(String, &[&str])> =
+        plain.chain(with.iter().map(|(path, more)| ((*path).to_owned(), *more))).collect();
+    let mut signals = 0;
+    for (path, more) in &runs {
+        let netlist = exported(&folder, path);
+        let (one, ended, _) = waves(&folder, path, more, "one.vcd");
+        let (two, ended_too, _) = waves(&folder, &netlist, more, "two.vcd");
+        assert_eq!((ended, nets(&one)), (ended_too, nets(&two)), "{path} {more:?}");
+        let (differs, told, _) = run(&["diff", one.to_str().unwrap(), two.to_str().unwrap()]);
+        assert_eq!(differs, 0, "{path} {more:?}: {told}");
+        signals += nets(&one);
+    }
+    assert!(runs.len() > 140, "{}", runs.len());
+    println!("{} runs of circuits and scenarios, {signals} nets: the same waveforms", runs.len());
+}
+
+/// Yosys takes them, finds nothing wrong but the flip-flops made of gates in a circle, and writes Verilog that Icarus
+/// takes.
+#[test]
+fn yosys_takes_shipped_circuits() {
+    let folder = folder("export_yosys_check");
+    let (mut cells, mut loops) = (0, 0);
+    for path in circuits() {
+        let netlist = exported(&folder, &path);
+        let script = format!("read_json {netlist}; hierarchy -check; check; stat; write_verilog -noattr again.v");
+        let told = Command::new("yosys").current_dir(&folder).args(["-Q", "-T", "-p", &script]).output();
+        let told = told.unwrap_or_else(|e| panic!("yosys: {e}; install it"));
+        let out = String::from_utf8_lossy(&told.stdout);
+        assert!(told.status.success(), "{path}: {}", String::from_utf8_lossy(&told.stderr));
+        let warnings: Vec<&str> = out.lines().filter(|l| l.starts_with("Warning: ")).collect();
+        let wrong: Vec<&&str> =
+            warnings.iter().filter(|w| **w != "Warning: found logic loop in module sr_nor:").collect();
+        assert!(wrong.is_empty(), "{path}: {wrong:?}");
+        loops += warnings.len();
+        let count =
+            out.lines().rev().find_map(|l| l.trim().strip_prefix("Number of cells:")?.trim().parse::<u64>().ok());
+        cells += count.unwrap();
+        let told =
+            Command::new("iverilog").current_dir(&folder).args(["-g2005", "-o", "again.vvp", "again.v"]).output();
+        let told = told.unwrap_or_else(|e| panic!("iverilog: {e}; install it"));
+        let blackbox = std::fs::read_to_string(&netlist).unwrap().contains("\"blackbox\"");
+        assert!(blackbox || told.status.success(), "{path}: {}", String::from_utf8_lossy(&told.stderr));
+    }
+    println!("{} circuits of {cells} cells, {loops} of them with flip-flops of gates", circuits().len());
+}
+
+/// A design of Verilog comes back at every level at which Yosys can write it.
+#[test]
+fn netlists_of_yosys_come_back() {
+    let folder = folder("export_yosys_designs");
+    let (mut runs, mut values) = (0, 0);
+    for design in ["names"] {
+        for level in ["prep", "prep -flatten", "synth", "synth -flatten"] {
+            let source = repository(&format!("tests/verilog/{design}.v"));
+            let script = format!("read_verilog {}; {level} -top {design}; write_json design.json", source.display());
+            let told = Command::new("yosys").current_dir(&folder).args(["-q", "-p", &script]).output();
+            let told = told.unwrap_or_else(|e| panic!("yosys: {e}; install it"));
+            assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
+            let first = circuit::load(folder.join("design.json")).unwrap_or_else(|e| panic!("{e}")).netlist;
+            let second = back(&folder, "again", &first);
+            let inputs = first.ports().filter(|&id| first.signal(id).port != Some(Direction::Output));
+            let inputs: Vec<(String, u32)> = inputs.map(|id| (first.signal_path(id), first.signal(id).width)).collect();
+            let mut rng = Rng::named(level);
+            values += same(&format!("{design}, {level}"), &first, &second, &stimulus(&mut rng, &inputs, 400));
+            runs += 1;
+        }
+    }
+    println!("{runs} netlists of Yosys, {values} values of nets compared");
+}
+
+/// What it says of itself in a file that somebody else changed.
+#[test]
+fn what_is_wrong_with_an_element_is_told() {
+    let folder = folder("export_yosys_wrong");
+    let text = write(&counter(), &Extra::default());
+    assert!(text.contains("\"discreta\": \"counter edge=falling step="), "{text}");
+    for (from, to, expected) in [
+        ("counter edge=falling", "counter edge=sideways", "which no element is"),
+        ("step=4'b0001", "step=5'b00001", "which no element is"),
+        ("step=4'b0001 init=4'bxxxx", "step=3'b001 init=3'bxxx", "is connected to 4 bits, and is 3"),
+        ("\"en\": [", "\"enable\": [", "it connects `enable`, which a `counter` does not have"),
+        ("\"top\": \"", "\"discreta_timescale\": \"3ns\", \"top\": \"", "a tick cannot be `3ns`"),
+        ("\"top\": \"", "\"discreta_simulation\": \"{}}\", \"top\": \"", "discreta_simulation"),
+    ] {
+        assert!(text.contains(from), "{from}: {text}");
+        let path = folder.join("wrong.json");
+        std::fs::write(&path, text.replacen(from, to, usize::MAX.min(8))).unwrap();
+        let told = circuit::load(&path).expect_err(to).to_string();
+        assert!(told.contains(expected), "{to}: {told}");
+    }
+}
+
+/// A counter with an enable.
+fn counter() -> Netlist {
+    let mut b = Builder::new("top");
+    let (clk, en, q) = (b.input("clk", 1), b.input("en", 1), b.output("q", 4));
+    let (step, init) = (Value::from_u64(1, 4), Value::unknown(4));
+    let kind = CellKind::Counter(Box::new(Counter { edge: Edge::Falling, step, init }));
+    let (top, open) = (b.top(), Bus::default);
+    b.cell(top, "counter", kind, vec![clk, open(), open(), open(), en], vec![q]);
+    b.finish().unwrap()
+}
+
+/// Ticks, parameters and scenario stay with the netlist.
+#[test]
+fn a_circuit_keeps_what_goes_with_it() {
+    let folder = folder("export_yosys_extra");
+    let file = folder.join("slow.json");
+    let text = r#"{ "timescale": "100ps", "modules": { "slow": {
+        "parameters": { "N": { "default": 5 } },
+        "ports": { "clk": { "direction": "input" }, "q": { "direction": "output", "width": 4 } },
+        "nets": { "late": 1 },
+        "cells": {
+          "rc": { "type": "rc_delay", "parameters": { "r": "1k", "c": "1p" }, "connections": { "a": "clk", "y": "late" } },
+          "k": { "type": "counter", "parameters": { "width": 4, "init": 0 }, "connections": { "clk": "late", "q": "q" } } } } },
+      "simulation": { "clocks": { "clk": { "period": "20ns" } }, "limit": { "cycles": "N+1" } } }"#;
+    std::fs::write(&file, text).unwrap();
+    let netlist = folder.join("netlist.json");
+    let export = ["export", file.to_str().unwrap(), "--to", "yosys-json", "-p", "N=7", "-o", netlist.to_str().unwrap()];
+    let (status, _, told) = run(&export);
+    assert_eq!(status, 0, "{told}");
+    let back = circuit::load(&netlist).unwrap();
+    assert_eq!(back.netlist.timescale().to_string(), "100ps");
+    assert_eq!(back.parameters.get("N"), Some(&7));
+    let (status, out, told) = run(&["run", netlist.to_str().unwrap()]);
+    assert!(status == 0 && out.contains("8 clocks"), "{out}{told}");
+    // so they do when Yosys has read and written it
+    let again = folder.join("again.json");
+    let script = format!("read_json {}; write_json {}", netlist.display(), again.display());
+    assert!(Command::new("yosys").args(["-q", "-p", &script]).status().unwrap().success());
+    let (status, again, told) = run(&["run", again.to_str().unwrap()]);
+    assert!(status == 0 && again.contains("8 clocks"), "{again}{told}");
+}
+
+/// Graphviz takes the graphs; the same circuit gives the same text.
+#[test]
+fn graphs_of_shipped_circuits() {
+    let there = Command::new("dot").arg("-V").output().is_ok();
+    for path in circuits().iter().filter(|p| p.contains("evaluation/")) {
+        for depth in ["0", "1"] {
+            let graph = || run(&["export", path, "--to", "dot", "--depth", depth]);
+            let (status, text, told) = graph();
+            assert_eq!((status, &graph().1), (0, &text), "{path}: {told}");
+            if there && depth == "0" {
+                let file = folder("export_dot").join("graph.dot");
+                std::fs::write(&file, &text).unwrap();
+                let drawn = Command::new("dot").args(["-Tsvg", file.to_str().unwrap()]).output().unwrap();
+                assert!(drawn.status.success() && drawn.stderr.is_empty(), "{path}: {:?}", drawn.stderr);
+                let shapes = String::from_utf8_lossy(&drawn.stdout).matches("class=\"node\"").count();
+                assert!(shapes > 10, "{path}: {shapes} nodes");
+            }
+        }
+    }
+    if !there {
+        println!("dot is not installed: the graphs were not drawn");
+    }
 }

@@ -82,7 +82,14 @@ pub fn draw(d: &mut Draw, kind: &CellKind, element: &'static str, ins: &[Bits], 
         }
         CellKind::Alu(alu) => {
             let sign = u32::from(alu.signed);
-            alu_cell(d, sign, ins, outs);
+            let sizes = vec![
+                ("A_SIGNED", Setting::Number(sign)),
+                ("B_SIGNED", Setting::Number(sign)),
+                ("A_WIDTH", Setting::Number(alu.a_width)),
+                ("B_WIDTH", Setting::Number(alu.b_width)),
+                ("Y_WIDTH", Setting::Number(alu.width)),
+            ];
+            plain(d, "$alu", sizes, &["A", "B", "CI", "BI"], ins, &["X", "Y", "CO"], outs);
         }
         CellKind::IsZero { .. } => _ = d.unary("", "$logic_not", &ins[0], outs[0].clone()),
         CellKind::Tristate { width } => {
@@ -222,9 +229,9 @@ fn adder(d: &mut Draw, op: AddOp, ins: &[Bits], outs: &[Bits]) {
     d.binary("", kind, &first, &[carry], y);
 }
 
-/// An adder that may invert what it adds.
+/// An adder that may invert what it adds. Of `$alu` not all that read such netlists know.
 fn add_sub(d: &mut Draw, ins: &[Bits], outs: &[Bits]) {
-    let (width, sub) = (outs[0].len(), ins[3][0]);
+    let sub = ins[3][0];
     let carry = match Draw::active(&ins[2]) {
         None => sub,
         Some(carry) => {
@@ -233,24 +240,22 @@ fn add_sub(d: &mut Draw, ins: &[Bits], outs: &[Bits]) {
             y[0]
         }
     };
-    let (x, co) = (d.fresh("x", width), d.fresh("carries", width));
-    let pins = [ins[0].clone(), ins[1].clone(), vec![carry], vec![sub]];
-    alu_cell(d, 0, &pins, &[x, outs[0].clone(), co.clone()]);
-    if d.is_used(&outs[1]) {
-        d.binary("co", "$xor", &co[width - 1..], &[sub], outs[1].clone());
+    let mut y = outs[0].clone();
+    let borrows = d.is_used(&outs[1]);
+    let carried = if borrows { d.fresh("carry", 1) } else { Bits::new() };
+    y.extend(&carried);
+    add_inverted(d, "", &ins[0], &ins[1], (sub, carry), y);
+    if borrows {
+        d.binary("co", "$xor", &carried, &[sub], outs[1].clone());
     }
 }
 
-/// An adder with all its carries.
-pub fn alu_cell(d: &mut Draw, signed: u32, ins: &[Bits], outs: &[Bits]) {
-    let parameters = vec![
-        ("A_SIGNED", Setting::Number(signed)),
-        ("B_SIGNED", Setting::Number(signed)),
-        ("A_WIDTH", Setting::Number(ins[0].len() as u32)),
-        ("B_WIDTH", Setting::Number(ins[1].len() as u32)),
-        ("Y_WIDTH", Setting::Number(outs[1].len() as u32)),
-    ];
-    plain(d, "$alu", parameters, &["A", "B", "CI", "BI"], ins, &["X", "Y", "CO"], outs);
+/// `a` plus `b`, inverted while `invert` is 1, plus a carry.
+fn add_inverted(d: &mut Draw, part: &str, a: &[Bit], b: &[Bit], (invert, carry): (Bit, Bit), y: Bits) {
+    let (inverted, first) = (d.fresh("b", b.len()), d.fresh("sum", y.len()));
+    d.binary("b", "$xor", b, &repeat(invert, b.len()), inverted.clone());
+    d.binary("sum", "$add", a, &inverted, first.clone());
+    d.binary(part, "$add", &first, &[carry], y);
 }
 
 fn products(d: &mut Draw, width: u32, table: &[(u64, u64)], ins: &[Bits], outs: &[Bits]) {
@@ -282,20 +287,7 @@ pub fn stepped(d: &mut Draw, q: &[Bit], step: &Value, down: &[Bit]) -> Bits {
     match down.first() {
         None | Some(&ZERO) => d.binary("next", "$add", q, &step, next.clone()),
         Some(&ONE) => d.binary("next", "$sub", q, &step, next.clone()),
-        Some(&down) => {
-            let (x, co) = (d.fresh("x", q.len()), d.fresh("carries", q.len()));
-            let pins = [q.to_vec(), step, vec![down], vec![down]];
-            let parameters = vec![
-                ("A_SIGNED", Setting::Number(0)),
-                ("B_SIGNED", Setting::Number(0)),
-                ("A_WIDTH", Setting::Number(q.len() as u32)),
-                ("B_WIDTH", Setting::Number(q.len() as u32)),
-                ("Y_WIDTH", Setting::Number(q.len() as u32)),
-            ];
-            let [a, b, ci, bi] = pins;
-            let ins = vec![("A", a), ("B", b), ("CI", ci), ("BI", bi)];
-            d.put("next", "$alu", parameters, ins, vec![("X", x), ("Y", next.clone()), ("CO", co)]);
-        }
+        Some(&down) => add_inverted(d, "next", q, &step, (down, down), next.clone()),
     }
     next
 }
