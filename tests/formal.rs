@@ -213,13 +213,6 @@ fn circuits_of_gates_are_those_of_words() {
         Claim::circuits("evaluation/line", "line", "line_gates", json!({ "W": 4 })),
         Claim::circuits("evaluation/line", "line", "line_gates", json!({ "W": 8 })),
         Claim::circuits("evaluation/fast_line", "fast_line", "fast_line_gates", json!({ "W": 4 })),
-        Claim::circuits("evaluation/circle", "circle", "circle_gates", json!({ "W": 4 })),
-        Claim::circuits("evaluation/fast_circle", "fast_circle", "fast_circle_gates", json!({ "W": 4 })),
-        Claim::circuits("evaluation/karibsky", "karibsky", "karibsky_gates", json!({ "W": 4 })),
-        Claim::circuits("three_axis/line", "line_3d", "line_3d_gates", json!({ "W": 4 })),
-        Claim::circuits("three_axis/dda_line", "dda_line_3d", "dda_line_3d_gates", json!({ "W": 4 })),
-        Claim::circuits("dda/line", "line", "line_gates", json!({ "W": 4 })),
-        Claim::circuits("dda/circle", "circle", "circle_gates", json!({ "W": 4 })),
     ];
     prove(&claims);
 }
