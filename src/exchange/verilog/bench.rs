@@ -9,13 +9,12 @@ use std::fmt;
 use std::fmt::Write as _;
 
 use super::design::{Written, bench_timescale, written};
-use super::names::Taken;
-use super::names::identifier;
+use super::names::{Taken, identifier};
+use super::storage::is_clock;
 use super::text::{literal, range};
 use crate::cell::CellKind;
-use crate::netlist::{Direction, Driver, NetId, Netlist, ScopeId, SignalId};
+use crate::netlist::{Direction, NetId, Netlist, ScopeId, SignalId};
 use crate::scenario::Scenario;
-use crate::{Logic, Value};
 
 /// A scenario to be written as a test bench.
 #[derive(Clone, Copy, Debug)]
@@ -91,7 +90,9 @@ impl Bench<'_> {
                     names.insert(net, driver);
                 }
                 (Some(net), _) => {
-                    let first = clock_of(net).map(|c| format!(" = 1'b{}", u8::from(c.clock.phase == 0)));
+                    // that a clock begins is no edge of it, but a change of anything else
+                    let clock = clock_of(net).filter(|_| is_clock(netlist, net));
+                    let first = clock.map(|c| format!(" = 1'b{}", u8::from(c.clock.phase == 0)));
                     let _ = writeln!(text, "    reg  {width}{name}{};", first.unwrap_or_default());
                     names.insert(net, name.clone());
                 }
@@ -103,7 +104,11 @@ impl Bench<'_> {
         let _ = writeln!(text, "\n    {top} {dut}{gap}(\n{}\n    );", connections.join(",\n"));
         for clock in &scenario.clocks {
             let (name, c) = (&names[&clock.net], clock.clock);
-            let _ = write!(text, "\n    initial begin\n        #{};\n        forever begin\n", c.phase);
+            let _ = write!(text, "\n    initial begin\n");
+            if !is_clock(netlist, clock.net) {
+                let _ = writeln!(text, "        #0 {name} = 1'b{};", u8::from(c.phase == 0));
+            }
+            let _ = write!(text, "        #{};\n        forever begin\n", c.phase);
             let _ = write!(text, "            {name} <= 1'b1;\n            #{} {name} <= 1'b0;\n", c.high);
             let _ = write!(text, "            #{};\n        end\n    end\n", c.period - c.high);
         }

@@ -4,6 +4,7 @@ use super::design::Writer;
 use super::text::{literal, range, repeat, zeros};
 use crate::cell::{CellKind, Counter, Edge, Flop};
 use crate::netlist::hierarchy::{Cell, Piece};
+use crate::netlist::{NetId, Netlist};
 use crate::{Logic, Value};
 
 /// Whether a control can never be 1: it is open or tied.
@@ -30,10 +31,40 @@ enum Form {
     Reset,
 }
 
+/// What a level-sensitive cell is held at, where its controls are tied so that nothing can change it.
+fn held(cell: &Cell, kind: &CellKind) -> Option<Value> {
+    let (never, always) = (|pin: usize| is_never(&cell.inputs[pin]), |pin: usize| is_always(&cell.inputs[pin]));
+    match kind {
+        CellKind::Sr { set_dominates, init } => {
+            let (first, second) = if *set_dominates { (0, 1) } else { (1, 0) };
+            let value = |pin: usize| Some(Value::from_u64(u64::from(pin == 0), 1));
+            match () {
+                () if always(first) => value(first),
+                () if never(first) && always(second) => value(second),
+                () if never(first) && never(second) => Some(init.clone()),
+                () => None,
+            }
+        }
+        CellKind::Latch(f) => match () {
+            () if always(3) => Some(f.reset_value.clone()),
+            () if never(3) && always(2) => Some(f.set_value.clone()),
+            () if never(3) && never(2) && never(0) => Some(f.init.clone()),
+            () if never(3) && never(2) && always(0) => match cell.inputs[1].as_slice() {
+                [Piece::Constant(value)] => Some(value.clone()),
+                _ => None,
+            },
+            () => None,
+        },
+        _ => None,
+    }
+}
+
 fn form(cell: &Cell, kind: &CellKind) -> Form {
     let on = |pin: usize| !is_never(&cell.inputs[pin]);
     let (several, reset) = match kind {
-        CellKind::Sr { .. } | CellKind::Latch(_) => return Form::Always,
+        CellKind::Sr { .. } | CellKind::Latch(_) => {
+            return if held(cell, kind).is_some() { Form::Reset } else { Form::Always };
+        }
         CellKind::Flop(_) => (on(2) || on(3) && on(4), 4),
         CellKind::EdgeFlop(_) => (on(3) || on(4) && on(5), usize::MAX),
         CellKind::Counter(_) => (on(2), 3),
@@ -65,7 +96,10 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
     match (kind, form(cell, kind)) {
         (CellKind::Clock(c), _) => {
             let own = [("PERIOD", c.period), ("HIGH", c.high), ("PHASE", c.phase)];
-            let own = own.map(|(n, v)| (n.to_owned(), format!("64'd{v}")));
+            let mut own = own.map(|(n, v)| (n.to_owned(), format!("64'd{v}"))).to_vec();
+            if !is_clock(w.netlist, w.netlist.output(cell.id, 0)) {
+                own.push(("LEVEL".to_owned(), "1".to_owned()));
+            }
             module(w, cell, "discreta_clock", &own, &[]);
         }
         (CellKind::Delay { width, ticks, init }, _) => {
@@ -106,6 +140,7 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
         (_, Form::Reset) => {
             let value = match kind {
                 CellKind::Flop(f) => f.reset_value.clone(),
+                CellKind::Sr { .. } | CellKind::Latch(_) => held(cell, kind).unwrap_or_else(|| Value::unknown(1)),
                 _ => Value::from_u64(0, kind.output_width(0)),
             };
             w.assign(cell, 0, &literal(&value));
@@ -115,6 +150,11 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
         (_, Form::Module) => {}
         (_, Form::Always) => always(w, cell, kind, &name),
     }
+}
+
+/// Whether a net is some cell's clock.
+pub(super) fn is_clock(netlist: &Netlist, net: NetId) -> bool {
+    netlist.cell_ids().any(|c| netlist.clock_source(c).is_some_and(|(bit, _)| bit.net == net))
 }
 
 fn zero(width: u32, q: &str) -> String {

@@ -141,8 +141,10 @@ endmodule
 // Its input, so many ticks later. Synthesis and Verilator make a wire of it.
 module discreta_delay #(
     parameter WIDTH = 1,
+    /* verilator lint_off UNUSED */ // of no use without delays
     parameter [63:0] TICKS = 1,
     parameter [WIDTH-1:0] INIT = {WIDTH{1'bx}}
+    /* verilator lint_on UNUSED */
 ) (
     input  wire [WIDTH-1:0] a,
     output wire [WIDTH-1:0] q
@@ -167,9 +169,11 @@ endmodule
 // is followed by the lowest and the highest voltage that it may have. Synthesis and Verilator make a wire of it.
 module discreta_rc_delay #(
     // real numbers as their bits
+    /* verilator lint_off UNUSED */ // of no use without delays
     parameter [63:0] TAU_BITS = 64'h3ff0000000000000,
     parameter [63:0] RISE_BITS = 64'h3fe0000000000000,
     parameter [63:0] FALL_BITS = 64'h3fe0000000000000
+    /* verilator lint_on UNUSED */
 ) (
     input  wire a,
     output wire q
@@ -235,9 +239,13 @@ endmodule
 
 // A free-running clock: 0 before tick PHASE, then HIGH ticks 1 in each PERIOD. Synthesis and Verilator need one from outside.
 module discreta_clock #(
+    /* verilator lint_off UNUSED */ // of no use without delays
     parameter [63:0] PERIOD = 2,
     parameter [63:0] HIGH = 1,
-    parameter [63:0] PHASE = 0
+    parameter [63:0] PHASE = 0,
+    // its first value is a change: it is a level, not a clock
+    parameter LEVEL = 0
+    /* verilator lint_on UNUSED */
 ) (
     output wire q
 );
@@ -249,6 +257,7 @@ module discreta_clock #(
     reg level;
     assign q = level;
     initial begin
+        if (LEVEL) #0;
         level = PHASE == 0;
         #PHASE;
         forever begin

@@ -490,6 +490,10 @@ impl<'f, 'a> Import<'f, 'a> {
                 continue;
             };
             let (outer, inner_bits) = (here.module.bits(range), inner.bits(port.bits));
+            // left open in so many words
+            if outer.is_empty() {
+                continue;
+            }
             if outer.len() != inner_bits.len() {
                 let message =
                     format!("`{}` connects {} bits to `{name}` of {}", cell.name, outer.len(), inner_bits.len());
