@@ -175,6 +175,10 @@ pub struct ElaborationArgs {
     #[arg(long, value_name = "MODULE")]
     pub top: Option<String>,
 
+    /// Fill a memory of a Yosys netlist from a file as $readmemh does, e.g. cpu.ram=program.hex; may be given several times
+    #[arg(long, value_name = "NAME=FILE", value_parser = assignment)]
+    pub memory: Vec<Assignment>,
+
     /// Raise a limit, e.g. width=100000; may be given several times
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     pub limit: Vec<Assignment>,
@@ -212,6 +216,34 @@ pub struct EngineArgs {
     pub x_control: XControl,
 }
 
+/// A waveform that drives the inputs.
+#[derive(Args, Debug, Clone)]
+pub struct WaveArgs {
+    /// Drive the inputs, clocks too, as the nets of their names in a waveform: VCD, FST or GHW
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub stimulus: Option<PathBuf>,
+
+    /// Where in the waveform the circuit stands, e.g. bench.dut; by default where its inputs are found
+    #[arg(long, value_name = "PATH", requires = "stimulus")]
+    pub scope: Option<String>,
+
+    /// Compare the outputs and every named net with the waveform
+    #[arg(long, requires = "stimulus")]
+    pub expect: bool,
+
+    /// Do not compare nets that match, e.g. 'cache.**'; may be given several times
+    #[arg(long, value_name = "GLOB", requires = "expect")]
+    pub ignore: Vec<String>,
+
+    /// Let x in one of the two agree with anything; otherwise x agrees only with x
+    #[arg(long, value_name = "SIDE", requires = "expect")]
+    pub ignore_x: Option<DontCare>,
+
+    /// Let an input change before all others of its time, in place of the clocks; may be given several times
+    #[arg(long, value_name = "NET", requires = "stimulus")]
+    pub first: Vec<String>,
+}
+
 /// `discreta run`.
 #[derive(Args, Debug, Clone)]
 #[command(after_help = "\
@@ -225,6 +257,9 @@ Examples:
 
   discreta run cpu.json --clock clk=10ns -s rst=0 --cycles 1000 -o cpu.vcd
         a netlist that Yosys wrote: yosys -p \"read_verilog cpu.v; prep; write_json cpu.json\"
+  discreta run cpu.json --stimulus icarus.vcd --scope bench.cpu --expect
+        driven as another simulator did it, and compared with what that got (a; b is this run)
+
 Values are numbers (5, -1) or literals (4'b10x1, 8'hff).
 Exit status: 0 stopped as asked; 1 a limit was hit first, or an expectation failed; 2 usage, input or output.")]
 pub struct RunArgs {
@@ -256,7 +291,8 @@ pub struct RunArgs {
     #[arg(long, value_name = "NET[=VALUE]", value_parser = condition)]
     pub until: Option<Condition>,
 
-    /// Write the waveform to a file (.vcd), or to standard output (-); may be given several times
+    /// Write the waveform to a file, VCD or FST by its extension, or as VCD to standard output (-); may be given several
+    /// times
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub output: Vec<PathBuf>,
 
@@ -271,6 +307,10 @@ pub struct RunArgs {
     /// Text or JSON.
     #[command(flatten)]
     pub format: FormatArgs,
+
+    /// A waveform as stimulus.
+    #[command(flatten)]
+    pub wave: WaveArgs,
 
     /// Say more: every output, warnings in full, times
     #[arg(short, long)]

@@ -55,6 +55,7 @@ fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
         time: args.time.as_deref(),
         until: args.until.as_ref(),
         trace: &args.trace,
+        wave: None,
         checking: false,
     };
     let prepared = prepare(&mut loader, &args.circuit, &changes);

@@ -20,11 +20,14 @@ pub mod output;
 pub mod plot;
 mod prepare;
 pub mod progress;
+mod replay;
+mod report;
 pub mod run;
 pub mod schema;
 pub mod stats;
 pub mod test;
 mod timing;
+mod waveforms;
 
 use std::process::ExitCode;
 

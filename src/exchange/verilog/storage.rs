@@ -154,7 +154,7 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
 
 /// Whether a net is some cell's clock.
 pub(super) fn is_clock(netlist: &Netlist, net: NetId) -> bool {
-    netlist.cell_ids().any(|c| netlist.clock_source(c).is_some_and(|(bit, _)| bit.net == net))
+    netlist.cell_ids().any(|c| netlist.clock_sources(c).any(|(bit, ..)| bit.net == net))
 }
 
 fn zero(width: u32, q: &str) -> String {

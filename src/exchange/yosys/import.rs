@@ -14,9 +14,12 @@ use super::cells::{self, Type};
 use super::file::{self, Bit, Cell, File, Module, Port, Term};
 use super::monitor::Monitor;
 use super::origin::Origins;
+use crate::cell::Memory;
 use crate::circuit::Limits;
 use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Span};
+use crate::exchange::readmem::{self, Shape};
 use crate::netlist::{Builder, Bus, Direction, ScopeId};
+use crate::value::Word;
 use crate::{Logic, Value};
 
 /// How deep modules may be in one another, whatever the limit: each takes some of the stack.
@@ -24,6 +27,19 @@ const DEEPEST: u64 = 300;
 
 /// No bit of the builder yet.
 const NONE: u32 = u32::MAX;
+
+/// What a memory is to hold at first, in place of what the file says.
+#[derive(Clone, Copy)]
+pub struct Contents<'t> {
+    /// The memory, by its path.
+    pub name: &'t str,
+    /// Where it is named.
+    pub span: Span,
+    /// The words, as `$readmemh` reads them.
+    pub text: &'t str,
+    /// Where they stand.
+    pub file: FileId,
+}
 
 /// A netlist made of a file, and what goes with it.
 pub struct Imported {
@@ -120,6 +136,12 @@ pub(super) struct Import<'f, 'a> {
     pub own_constants: bool,
     /// How many cells, nets and instances there are so far.
     made: u64,
+    /// What memories are to hold.
+    contents: &'f [Contents<'f>],
+    /// The paths of all memories.
+    memories: Vec<String>,
+    /// How many bits memories hold so far.
+    memory_bits: u64,
     /// Whether a limit was passed.
     full: bool,
     /// The cell that is being lowered, among the origins.
@@ -131,6 +153,7 @@ pub fn import(
     text: &str,
     source: FileId,
     top: Option<(&str, Span)>,
+    contents: &[Contents<'_>],
     limits: &Limits,
     diagnostics: &mut Diagnostics,
 ) -> Option<Imported> {
@@ -153,6 +176,9 @@ pub fn import(
         ignored: BTreeMap::new(),
         own_constants: false,
         made: 0,
+        contents,
+        memories: Vec::new(),
+        memory_bits: 0,
         full: false,
         at: NONE,
     };
@@ -175,6 +201,15 @@ impl<'f, 'a> Import<'f, 'a> {
         self.top_ports(&mut here);
         self.fill(&mut here);
         self.body(&here);
+        for c in self.contents.iter().filter(|c| !self.memories.iter().any(|m| m == c.name)) {
+            let fault = Diagnostic::new(Code::UnknownMemory, format!("the circuit has no memory `{}`", c.name));
+            let fault = fault.at(c.span, "not in the circuit");
+            let fault = match &self.memories[..] {
+                [] => fault.help("there is none at all: Yosys may have made flip-flops of them (`memory_map`)"),
+                all => fault.did_you_mean(c.name, all.iter().map(String::as_str)),
+            };
+            self.diagnostics.push(fault.help("a memory is named by its path below the top module, as in `u1.mem`"));
+        }
         for (kind, (n, why)) in std::mem::take(&mut self.ignored) {
             let cells = if n == 1 { "cell is" } else { "cells are" };
             let message = format!("{n} `{kind}` {cells} left out: {why}");
@@ -402,6 +437,7 @@ impl<'f, 'a> Import<'f, 'a> {
         }
         let origin = self.plan(here.number).origin;
         self.made += 1 + (here.module.nets.len() + here.module.cells.len()) as u64;
+        let mut parts = Vec::new();
         for (i, cell) in here.module.cells.iter().enumerate() {
             if self.full {
                 return;
@@ -412,14 +448,51 @@ impl<'f, 'a> Import<'f, 'a> {
             self.at = origin + i as u32;
             if let Type::Module(number) = *self.kind(cell.kind) {
                 self.instance(here, cell, number);
+            } else if let Type::MemoryPart = self.kind(cell.kind) {
+                parts.push(i);
             } else if let Err(why) = cells::lower(self, here, cell) {
-                let kind = self.file.terms.text(cell.kind);
-                let fault = Diagnostic::new(why.code, format!("`{}`, a `{kind}`: {}", cell.name, why.message));
-                let fault = self.with_source(fault.at(self.span_of(&cell.name), "this cell"), cell);
-                self.diagnostics.push(why.help.into_iter().fold(fault, Diagnostic::help));
+                self.tell(cell, why);
             }
             self.origins.fill(self.builder.cell_count(), self.at);
         }
+        if !parts.is_empty() {
+            cells::memory::parts(self, here, &parts, Self::tell);
+            self.origins.fill(self.builder.cell_count(), self.at);
+        }
+    }
+
+    /// Says why a cell cannot be taken.
+    fn tell(&mut self, cell: &Cell<'a>, why: cells::Fault) {
+        let kind = self.file.terms.text(cell.kind);
+        let fault = Diagnostic::new(why.code, format!("`{}`, a `{kind}`: {}", cell.name, why.message));
+        let fault = self.with_source(fault.at(self.span_of(&cell.name), "this cell"), cell);
+        self.diagnostics.push(why.help.into_iter().fold(fault, Diagnostic::help));
+    }
+
+    /// What is lowered from now on comes from cell `at` of a module, as far as what has been is told of.
+    pub fn at_cell(&mut self, here: &Here<'f, 'a>, at: usize) {
+        self.origins.fill(self.builder.cell_count(), self.at);
+        self.at = self.plan(here.number).origin + at as u32;
+    }
+
+    /// Registers a memory, and puts what it is to hold in place of what it holds at first.
+    pub fn fill_memory(&mut self, path: String, shape: Shape, init: &mut [Word]) {
+        let contents = self.contents;
+        for c in contents.iter().filter(|c| c.name == path) {
+            readmem::read(c.text, c.file, shape, &mut self.diagnostics, |index, value| {
+                Memory::set_word(shape.width, init, index, value, |_| true);
+            });
+        }
+        self.memories.push(path);
+    }
+
+    /// Counts the bits of a memory; returns whether there is room for them.
+    pub fn take_memory(&mut self, cell: &str, bits: u64) -> bool {
+        self.memory_bits = self.memory_bits.saturating_add(bits);
+        if self.memory_bits > self.limits.bits {
+            self.too_large("bits", "bits in memories", self.limits.bits, self.span_of(cell));
+        }
+        self.memory_bits <= self.limits.bits
     }
 
     /// The blocks around a name that a flattened one had, and that name; only where it is the name indeed, so that no two
@@ -490,7 +563,7 @@ impl<'f, 'a> Import<'f, 'a> {
                 continue;
             };
             let (outer, inner_bits) = (here.module.bits(range), inner.bits(port.bits));
-            // left open in so many words
+            // `.port()`: connected to nothing
             if outer.is_empty() {
                 continue;
             }

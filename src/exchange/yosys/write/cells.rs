@@ -3,7 +3,7 @@
 use super::draw::{Draw, ONE, ZERO, repeat};
 use super::model::{Bit, Bits, Setting, constant};
 use super::own::Own;
-use super::storage;
+use super::{memory, storage};
 use crate::cell::select::select_width;
 use crate::cell::{AddOp, CellKind, CompareOp, DivideOp, GateOp, ShiftOp};
 use crate::{Logic, Value};
@@ -98,6 +98,7 @@ pub fn draw(d: &mut Draw, kind: &CellKind, element: &'static str, ins: &[Bits], 
         // whatever drives a wire is connected to it
         CellKind::Resolve { .. } => {}
         CellKind::Constant(value) => _ = d.unary("", "$pos", &constant(value), outs[0].clone()),
+        CellKind::Memory(m) => memory::draw(d, m, ins, outs),
         CellKind::Sr { set_dominates, init } => storage::sr(d, *set_dominates, init, ins, outs),
         CellKind::Latch(flop) => storage::latch(d, flop, element, ins, outs),
         CellKind::Flop(flop) => storage::flop(d, flop, element, ins, outs),

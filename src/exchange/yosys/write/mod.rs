@@ -7,6 +7,7 @@
 mod body;
 mod cells;
 mod draw;
+mod memory;
 mod model;
 mod own;
 mod storage;

@@ -30,6 +30,8 @@ pub enum Setting {
     Number(u32),
     /// Bits.
     Value(Value),
+    /// Text.
+    Text(String),
 }
 
 /// A port of a module.
@@ -151,6 +153,7 @@ impl Cell {
         let parameters = self.parameters.iter().map(|(name, setting)| {
             let text = match setting {
                 Setting::Number(n) => format!("\"{n:032b}\""),
+                Setting::Text(text) => guarded(text),
                 Setting::Value(value) => format!("\"{}\"", value.bit_string()),
             };
             ((*name).to_owned(), text)

@@ -1,0 +1,61 @@
+//! The waveforms that a run is to leave: where, and in which format.
+
+use std::path::{Path, PathBuf};
+
+use super::CliError;
+use super::args::RunArgs;
+use crate::wave::{self, Kind, Sink};
+
+/// Where a waveform goes.
+pub(super) struct Place {
+    /// The path as it was given; `-` is standard output.
+    pub path: PathBuf,
+    /// The format.
+    pub kind: Kind,
+}
+
+/// The places, each once.
+///
+/// # Errors
+/// One that asks for another format, or is what the run reads.
+pub(super) fn places(args: &RunArgs) -> Result<Vec<Place>, CliError> {
+    let mut places: Vec<Place> = Vec::new();
+    let inputs = [("circuit", Some(&args.circuit)), ("stimulus", args.wave.stimulus.as_ref())];
+    for path in &args.output {
+        if places.iter().any(|place| place.path == *path) {
+            continue;
+        }
+        let cannot = |why: &str| CliError::usage(format!("cannot write `{}`: {why}", path.display()));
+        for (what, input) in &inputs {
+            let input = input.and_then(|input| input.canonicalize().ok());
+            if input.is_some() && path.canonicalize().ok() == input {
+                let cannot = cannot(&format!("it is the {what} itself"));
+                return Err(cannot.with_hint("name another file, ending in .vcd or .fst"));
+            }
+        }
+        let kind = match Kind::of(path) {
+            Some(kind) => kind,
+            None if is_special(path) => Kind::Vcd,
+            None => {
+                let kind = path.extension().unwrap_or_default().to_string_lossy().into_owned();
+                return Err(cannot(&format!("waveforms are written as VCD or FST, not as {kind}"))
+                    .with_hint("end the name in .vcd or .fst"));
+            }
+        };
+        places.push(Place { path: path.clone(), kind });
+    }
+    Ok(places)
+}
+
+/// Whether a path leads to what is no regular file.
+fn is_special(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|m| !m.is_file())
+}
+
+/// Opens all places.
+///
+/// # Errors
+/// One that cannot be written.
+pub(super) fn open(places: &[Place]) -> Result<Vec<Box<dyn Sink>>, CliError> {
+    Ok(places.iter().map(|place| wave::open(&place.path, place.kind)).collect::<Result<_, _>>()?)
+}
