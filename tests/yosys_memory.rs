@@ -7,6 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use discreta::Value;
+use needs::needs;
 use serde_json::{Value as Json, json};
 use support::{Rng, folder, repository};
 
@@ -100,6 +101,7 @@ fn synthesise(folder: &Path, passes: &str, name: &str) {
 
 /// Every output has Icarus' value at every time: with ports as cells of their own, brought together, with read ports
 /// that have a clock, and as flip-flops.
+#[needs(iverilog, yosys)]
 #[test]
 fn a_design_with_memories_at_every_level_is_what_icarus_runs() {
     let folder = place("yosys_memory_levels");
@@ -153,6 +155,7 @@ fn a_design_with_memories_at_every_level_is_what_icarus_runs() {
 
 /// A file takes the place of what the netlist says, word by word, for `run` and in a scenario; the paths are those of the
 /// hierarchy, flattened or not.
+#[needs(iverilog, yosys)]
 #[test]
 fn contents_from_files() {
     let folder = place("yosys_memory_contents");
@@ -189,6 +192,7 @@ fn contents_from_files() {
 }
 
 /// Everything that is wrong is told, with file, line and column.
+#[needs(iverilog, yosys)]
 #[test]
 fn wrong_contents_are_told() {
     let folder = place("yosys_memory_faults");

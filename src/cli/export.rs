@@ -59,7 +59,11 @@ fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
         checking: false,
     };
     let prepared = prepare(&mut loader, &args.circuit, &changes);
-    let Prepared { circuit, scenario, .. } = faults(&mut loader, prepared)?;
+    let Prepared { circuit, scenario, replay, .. } = faults(&mut loader, prepared)?;
+    if replay.is_some() {
+        let refused = CliError::usage("a test bench cannot be driven by a waveform, as this scenario is");
+        return Err(refused.with_hint("simulate the design beside what made the waveform"));
+    }
     let dump = match testbench.file_stem() {
         Some(stem) if testbench.as_os_str() != "-" => format!("{}.vcd", stem.to_string_lossy()),
         _ => format!("{}.vcd", circuit.netlist.scopes()[0].name),

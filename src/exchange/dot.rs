@@ -10,6 +10,9 @@ use crate::netlist::{CellId, Direction, Driver, Netlist, ScopeId, SignalId, Slic
 /// Where an edge begins or ends: a node, and a port of it.
 type End = (String, String);
 
+/// Some bits, and the pin or the port that reads them.
+type Read = (Slice, Option<(CellId, usize)>, Option<SignalId>);
+
 struct Drawing<'n> {
     netlist: &'n Netlist,
     /// For each scope the outermost instance around it that is drawn as one box.
@@ -160,7 +163,7 @@ impl Drawing<'_> {
 
     fn join(&mut self) {
         let netlist = self.netlist;
-        let mut reads: Vec<(Slice, Option<(CellId, usize)>, Option<SignalId>)> = Vec::new();
+        let mut reads: Vec<Read> = Vec::new();
         for id in netlist.cell_ids() {
             for pin in 0..netlist.cell(id).kind.inputs().len() {
                 reads.extend(netlist.input(id, pin).iter().map(|&s| (s, Some((id, pin)), None)));
@@ -183,7 +186,7 @@ impl Drawing<'_> {
             };
             let boxed = to.0.starts_with('s');
             // what several within a box read goes into it once
-            if (boxed && from.0 == to.0) || (boxed && !seen.insert((from.clone(), to.clone(), slice.net, slice.lo))) {
+            if boxed && (from.0 == to.0 || !seen.insert((from.clone(), to.clone(), slice.net, slice.lo))) {
                 continue;
             }
             *self.edges.entry((from, to)).or_default() += slice.width;

@@ -12,6 +12,7 @@ use serde_json::{Map, Value as Json, json};
 use crate::support::{Rng, folder};
 
 /// A cell with its parameters.
+#[derive(Clone)]
 pub struct Cell {
     pub kind: String,
     pub parameters: Vec<(&'static str, Value)>,
@@ -73,10 +74,11 @@ impl Cell {
     }
 }
 
-/// The folder of Yosys' Verilog models.
-fn library() -> PathBuf {
+/// The folder of Yosys' Verilog models: `YOSYS_DATDIR`, or that of the Yosys that is installed.
+pub fn library() -> PathBuf {
     let told = Command::new("yosys-config").arg("--datdir").output().ok().filter(|o| o.status.success());
     let told = told.map(|o| PathBuf::from(String::from_utf8_lossy(&o.stdout).trim()));
+    let told = std::env::var_os("YOSYS_DATDIR").map(PathBuf::from).or(told);
     // Debian has that program in a package of its own
     let folder = told.unwrap_or_else(|| "/usr/share/yosys".into());
     assert!(folder.join("simlib.v").is_file(), "Yosys' models are not in {}: install yosys", folder.display());
@@ -169,7 +171,28 @@ fn inputs(cell: &Cell, vectors: usize, rng: &mut Rng) -> Vec<Vec<Value>> {
 }
 
 /// Cells with a model in `models.v`.
-const OWN: &str = include_str!("models.v");
+pub const OWN: &str = include_str!("models.v");
+
+/// The module that models a cell, with its parameters.
+pub fn module(cell: &Cell) -> String {
+    let parameters = cell.parameters.iter().map(|(name, v)| match v.to_u64() {
+        // as Yosys' own parameters are: numbers, or bits
+        Some(n) if v.width() == 32 && n < 1 << 31 => format!(".{name}({n})"),
+        _ => format!(".{name}({}'b{})", v.width(), v.bit_string()),
+    });
+    let own = format!("own_{}", &cell.kind[1..]);
+    let mut parameters: Vec<String> = parameters.collect();
+    let module = match cell.model {
+        Some(model) => {
+            let (module, more) = model.split_once(' ').unwrap_or((model, ""));
+            parameters.extend(more.split_whitespace().map(|p| format!(".{p}(1)")));
+            module.to_owned()
+        }
+        None if OWN.contains(&format!("module {own} ")) => own,
+        None => format!("\\{} ", cell.kind),
+    };
+    if parameters.is_empty() { module } else { format!("{module} #({})", parameters.join(", ")) }
+}
 
 /// The outputs of each cell in each vector, as Icarus has them.
 fn icarus(folder: &Path, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors: usize) -> Vec<Vec<String>> {
@@ -200,28 +223,11 @@ fn icarus(folder: &Path, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors: 
             ports.push(format!(".{port}(y{i}_{port})"));
             writeln!(show, "    $write(\"%b \", y{i}_{port});").unwrap();
         }
-        let parameters = cell.parameters.iter().map(|(name, v)| match v.to_u64() {
-            // as Yosys' own parameters are: numbers, or bits
-            Some(n) if v.width() == 32 && n < 1 << 31 => format!(".{name}({n})"),
-            _ => format!(".{name}({}'b{})", v.width(), v.bit_string()),
-        });
-        let own = format!("own_{}", &cell.kind[1..]);
-        let mut parameters: Vec<String> = parameters.collect();
-        let module = match cell.model {
-            Some(model) => {
-                let (module, more) = model.split_once(' ').unwrap_or((model, ""));
-                parameters.extend(more.split_whitespace().map(|p| format!(".{p}(1)")));
-                module.to_owned()
-            }
-            None if OWN.contains(&format!("module {own} ")) => own,
-            None => format!("\\{} ", cell.kind),
-        };
-        writeln!(text, "{module} #({}) c{i} ({});", parameters.join(", "), ports.join(", ")).unwrap();
+        writeln!(text, "{} c{i} ({});", module(cell), ports.join(", ")).unwrap();
         if let Some(init) = &cell.init {
             writeln!(text, "initial c{i}.Q = {}'b{};", init.width(), init.bit_string()).unwrap();
         }
     }
-    text = text.replace("#() ", "");
     write!(
         text,
         "initial begin\n  $readmemb(\"stimulus.txt\", all);\n  for (v = 0; v < {vectors}; v = v + 1) begin\n    \

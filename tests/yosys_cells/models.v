@@ -8,6 +8,13 @@ module own_buf (A, Y);
   generate if (A_SIGNED) assign Y = $signed(A); else assign Y = A; endgenerate
 endmodule
 
+// In the library of Yosys 0.70, not in that of 0.23: a wire that optimising leaves alone.
+module own_barrier (A, Y);
+  parameter WIDTH = 1;
+  input [WIDTH-1:0] A; output [WIDTH-1:0] Y;
+  assign Y = A;
+endmodule
+
 // Until 0.33 the library took an unknown select line for an inactive one; since then x on a line gives x, as
 // Yosys' own evaluation has always had it (and that takes z alike).
 module own_pmux (A, B, S, Y);

@@ -12,7 +12,7 @@ pub(super) fn find(name: &str) -> Option<Lower> {
             let a = s.extend(&a, s.flag("A_SIGNED"), y.width());
             gate(s, GateOp::Not, &[&a], y)
         },
-        "$pos" | "$buf" => |s| {
+        "$pos" | "$buf" | "$barrier" => |s| {
             let gated = s.is_own(own::BUFFER);
             s.import.own_constants = !gated;
             let (a, y) = (s.operand("A"), s.output("Y"));

@@ -73,7 +73,9 @@ pub(super) fn builtin(name: &str) -> Type {
     const FORMAL: &str = "it is for formal proofs: nothing says what it gives in a simulation";
     match name {
         "$scopeinfo" => Type::Ignored("names of scopes, which the nets have too"),
+        "$input_port" => Type::Ignored("marks of inputs, which the ports are"),
         "$specify2" | "$specify3" | "$specrule" => Type::Ignored("timing"),
+        "$connect" => Type::Refused("it joins nets both ways", "let Yosys connect them directly: `bufnorm -conn`"),
         "$fsm" => Type::Refused("state machines are to be made logic first", "run `fsm_map`"),
         "$live" | "$fair" | "$anyconst" | "$anyseq" | "$anyinit" | "$allconst" | "$allseq" | "$initstate"
         | "$equiv" | "$future_ff" | "$original_tag" | "$overwrite_tag" | "$get_tag" | "$set_tag" => {
