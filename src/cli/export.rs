@@ -1,5 +1,7 @@
 //! `discreta export`: a circuit for other tools.
 
+mod netlist;
+
 use std::io::Write as _;
 use std::path::Path;
 
@@ -7,6 +9,7 @@ use super::args::{ExportArgs, ExportFormat};
 use super::prepare::{Changes, Prepared, circuit_of, prepare};
 use super::run::{faults, loader};
 use super::{CliError, Out, Status};
+use crate::exchange::dot;
 use crate::exchange::verilog::{self, Bench};
 use crate::wave::output::{Destination, Output};
 
@@ -16,7 +19,23 @@ use crate::wave::output::{Destination, Output};
 /// Faults of the circuit or scenario, what the format cannot say, a file that cannot be written.
 pub fn run(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
     match args.to {
+        ExportFormat::Verilog if args.depth.is_some() => Err(CliError::usage("`--depth` is of graphs: `--to dot`")),
         ExportFormat::Verilog => verilog(args, out),
+        _ if args.testbench.is_some() => Err(CliError::usage("a test bench is Verilog: `--to verilog`")),
+        ExportFormat::YosysJson if args.depth.is_some() => Err(CliError::usage("`--depth` is of graphs: `--to dot`")),
+        ExportFormat::YosysJson => {
+            let mut loader = loader(&args.elaboration)?;
+            let text = netlist::yosys_json(&mut loader, &args.circuit, &args.elaboration.parameter);
+            write(&args.output, &faults(&mut loader, text)?, out)?;
+            Ok(Status::Done)
+        }
+        ExportFormat::Dot => {
+            let mut loader = loader(&args.elaboration)?;
+            let circuit = circuit_of(&mut loader, &args.circuit, &args.elaboration.parameter);
+            let circuit = faults(&mut loader, circuit)?;
+            write(&args.output, &dot::write(&circuit.netlist, args.depth.unwrap_or(usize::MAX)), out)?;
+            Ok(Status::Done)
+        }
     }
 }
 

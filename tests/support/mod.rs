@@ -3,6 +3,7 @@
 
 pub mod bench;
 pub mod feed;
+pub mod pairs;
 pub mod proofs;
 
 use std::path::{Path, PathBuf};

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use discreta::circuit::Circuit;
 use discreta::{Logic, Simulator, Value};
 use serde_json::{Map, Value as Json, json};
 
@@ -316,6 +317,22 @@ fn discreta(folder: &Path, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors
     let path = folder.join("bench.json");
     std::fs::write(&path, serde_json::to_string(&netlist(cells)).unwrap()).unwrap();
     let circuit = discreta::circuit::load(&path).unwrap_or_else(|e| panic!("{e}"));
+    let values = run(&circuit, cells, stimulus, vectors);
+    // written and read again it is the same
+    let path = folder.join("again.json");
+    std::fs::write(&path, discreta::exchange::yosys::write(&circuit.netlist, &Default::default())).unwrap();
+    let again = discreta::circuit::load(&path).unwrap_or_else(|e| panic!("{e}"));
+    let again = run(&again, cells, stimulus, vectors);
+    for (v, (first, second)) in values.iter().zip(&again).enumerate() {
+        for (i, cell) in cells.iter().enumerate() {
+            assert_eq!(first[i], second[i], "{} written and read again, vector {v} of cell {i}", cell.kind);
+        }
+    }
+    values
+}
+
+/// The outputs of each cell after each vector.
+fn run(circuit: &Circuit, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors: usize) -> Vec<Vec<String>> {
     let mut sim = Simulator::new(&circuit.netlist);
     let ports = |list: &dyn Fn(&Cell) -> Vec<&'static str>| -> Vec<Vec<String>> {
         cells.iter().enumerate().map(|(i, c)| list(c).iter().map(|p| format!("c{i}_{p}")).collect()).collect()
