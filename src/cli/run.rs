@@ -1,14 +1,14 @@
 //! `discreta run`: a circuit, its scenario, a summary, a waveform.
 
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::args::{ElaborationArgs, EngineArgs, Format, RunArgs, XControl};
 use super::monitor::say;
 use super::prepare::{Changes, Prepared, prepare};
 use super::progress::Progress;
 use super::report::{Report, time};
-use super::{CliError, Out, Status, interrupt, replay};
+use super::{CliError, Out, Status, interrupt, replay, waveforms};
 use crate::circuit::{Limits, Loader};
 use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::engine::{EventEngine, Unsettled};
@@ -17,9 +17,6 @@ use crate::scenario::{Control, Outcome, Replay, RunError, Scenario};
 use crate::simulator::loop_nets;
 use crate::wave::Sink;
 use crate::wave::diff::Difference;
-use crate::wave::output::{Destination, Output};
-use crate::wave::select::Tee;
-use crate::wave::vcd::VcdWriter;
 
 /// Runs the command.
 ///
@@ -39,17 +36,14 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
         wave: args.wave.stimulus.is_some().then_some(&args.wave),
         checking: false,
     };
-    let files = outputs(args)?;
+    let files = waveforms::places(&args.output, &args.circuit, args.wave.stimulus.as_deref())?;
     let prepared = prepare(&mut loader, &args.circuit, &changes);
     let mut prepared = faults(&mut loader, prepared)?;
 
-    let mut writers = Vec::new();
-    for path in &files {
-        writers.push(VcdWriter::new(Box::new(Output::create(path)?) as Box<dyn Destination>));
-    }
-    let mut sinks = Tee(writers.iter_mut().map(|w| w as &mut dyn Sink).collect());
-    let sink: Option<&mut dyn Sink> = if files.is_empty() { None } else { Some(&mut sinks) };
+    let mut sink = waveforms::open(&files)?;
+    let sink = sink.as_mut().map(|s| s as &mut dyn Sink);
     let (outcome, difference) = simulate(&mut prepared, &loader, &args.engine, sink, "running")?;
+    let files: Vec<PathBuf> = files.into_iter().map(|place| place.path).collect();
 
     let difference = difference.as_ref();
     let report = Report { prepared: &prepared, loader: &loader, outcome: &outcome, files: &files, difference };
@@ -67,38 +61,6 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
     }
     report.notes(args.engine.x_control);
     Ok(report.status())
-}
-
-/// Where waveforms go, each place once.
-fn outputs(args: &RunArgs) -> Result<Vec<PathBuf>, CliError> {
-    let mut files: Vec<PathBuf> = Vec::new();
-    let inputs = [("circuit", Some(&args.circuit)), ("stimulus", args.wave.stimulus.as_ref())];
-    for file in &args.output {
-        if files.contains(file) {
-            continue;
-        }
-        let cannot = |why: &str| CliError::usage(format!("cannot write `{}`: {why}", file.display()));
-        for (what, input) in &inputs {
-            let input = input.and_then(|input| input.canonicalize().ok());
-            if input.is_some() && file.canonicalize().ok() == input {
-                let cannot = cannot(&format!("it is the {what} itself"));
-                return Err(cannot.with_hint("name another file, ending in .vcd"));
-            }
-        }
-        if file.as_os_str() != "-" && file.extension().is_some_and(|e| e != "vcd") && !is_special(file) {
-            let kind = file.extension().unwrap_or_default().to_string_lossy().into_owned();
-            return Err(
-                cannot(&format!("waveforms are written as VCD, not as {kind}")).with_hint("end the name in .vcd")
-            );
-        }
-        files.push(file.clone());
-    }
-    Ok(files)
-}
-
-/// Whether a path leads to what is no regular file.
-fn is_special(path: &Path) -> bool {
-    std::fs::metadata(path).is_ok_and(|m| !m.is_file())
 }
 
 /// The limits as raised on the command line.

@@ -1,0 +1,61 @@
+//! The waveforms that a run is to leave: where, and in which format.
+
+use std::path::{Path, PathBuf};
+
+use super::CliError;
+use crate::wave::select::Tee;
+use crate::wave::{self, Kind, Sink};
+
+/// Where a waveform goes.
+pub(super) struct Place {
+    /// The path as it was given; `-` is standard output.
+    pub path: PathBuf,
+    /// The format.
+    pub kind: Kind,
+}
+
+/// The places, each once.
+///
+/// # Errors
+/// One that asks for another format, or is the circuit or its stimulus.
+pub(super) fn places(paths: &[PathBuf], circuit: &Path, stimulus: Option<&Path>) -> Result<Vec<Place>, CliError> {
+    let mut places: Vec<Place> = Vec::new();
+    let inputs = [("circuit", Some(circuit)), ("stimulus", stimulus)];
+    let inputs = inputs.map(|(what, path)| (what, path.and_then(|path| path.canonicalize().ok())));
+    for path in paths {
+        if places.iter().any(|place| place.path == *path) {
+            continue;
+        }
+        let cannot = |why: &str| CliError::usage(format!("cannot write `{}`: {why}", path.display()));
+        let place = path.canonicalize().ok();
+        if let Some((what, _)) = inputs.iter().find(|(_, input)| input.is_some() && *input == place) {
+            let itself = cannot(&format!("it is the {what} itself"));
+            return Err(itself.with_hint("name another file, ending in .vcd or .fst"));
+        }
+        let kind = match Kind::of(path) {
+            Some(kind) => kind,
+            None if is_special(path) => Kind::Vcd,
+            None => {
+                let kind = path.extension().unwrap_or_default().to_string_lossy().into_owned();
+                return Err(cannot(&format!("waveforms are written as VCD or FST, not as {kind}"))
+                    .with_hint("end the name in .vcd or .fst"));
+            }
+        };
+        places.push(Place { path: path.clone(), kind });
+    }
+    Ok(places)
+}
+
+/// Whether a path leads to what is no regular file.
+fn is_special(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|m| !m.is_file())
+}
+
+/// Opens all places; none if there is none.
+///
+/// # Errors
+/// One that cannot be written.
+pub(super) fn open(places: &[Place]) -> Result<Option<Tee<Box<dyn Sink>>>, CliError> {
+    let sinks = places.iter().map(|place| wave::open(&place.path, place.kind)).collect::<Result<Vec<_>, _>>()?;
+    Ok(if sinks.is_empty() { None } else { Some(Tee(sinks)) })
+}
