@@ -11,7 +11,7 @@ use super::library::{Library, ModuleId};
 use super::report::{Places, Report};
 use super::{Limits, Name, ParameterValue, read_file};
 use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Sources, Span};
-use crate::exchange::yosys::{self, Imported, Monitor, Origins};
+use crate::exchange::yosys::{self, Contents, Imported, Monitor, Origins};
 use crate::netlist::{CellId, Netlist, SignalId};
 use crate::scenario::Simulation;
 use crate::timescale::Timescale;
@@ -152,6 +152,8 @@ pub struct Loader {
     texts: HashMap<PathBuf, FileId>,
     /// The module to run in place of that which a file says, and where it was asked for.
     top: Option<(String, Span)>,
+    /// What memories are to hold at first: the name, and the text.
+    memories: Vec<(Name, FileId)>,
 }
 
 impl Loader {
@@ -166,6 +168,7 @@ impl Loader {
             filled: HashSet::new(),
             texts: HashMap::new(),
             top: None,
+            memories: Vec::new(),
         }
     }
 
@@ -186,6 +189,18 @@ impl Loader {
     pub fn set_top(&mut self, name: &str) {
         let file = self.sources.add("--top", name.to_owned());
         self.top = Some((name.to_owned(), Span::new(file, 0, name.len() as u32)));
+    }
+
+    /// Fills a memory from a file as `$readmemh` does, unless that was asked for already; `place` is where the file is
+    /// named. What is wrong with the file goes into `diagnostics`, now or when the circuit is elaborated.
+    pub fn fill_memory(&mut self, name: Name, path: &Path, place: Span) {
+        if self.memories.iter().any(|m| m.0.value == name.value) {
+            return;
+        }
+        match self.read(path) {
+            Ok(text) => self.memories.push((name, text)),
+            Err(fault) => self.diagnostics.push(fault.at(place, "the contents of the memory")),
+        }
     }
 
     /// The limits it keeps.
@@ -262,6 +277,10 @@ impl Loader {
             Kind::Circuit(file) => file,
             Kind::Yosys(text) => return self.import(text, parameters),
         };
+        for (name, _) in &self.memories {
+            let fault = Diagnostic::new(Code::UnknownMemory, format!("the circuit has no memory `{}`", name.value));
+            self.diagnostics.push(fault.at(name.span, "only netlists of Yosys have memories"));
+        }
         let top = self.top(file)?;
         let (netlist, parameters, places) = self.netlist(top, parameters);
         let simulation = self.library.file(file).simulation.as_ref();
@@ -280,7 +299,13 @@ impl Loader {
             self.diagnostics.push(fault.help(format!("set it in Yosys: `chparam -set {} VALUE`", name.value)));
         }
         let top = self.top.as_ref().map(|(name, span)| (name.as_str(), *span));
-        let imported = yosys::import(self.sources.text(text), text, top, &self.limits, &mut self.diagnostics)?;
+        let contents = self.memories.iter().map(|(name, file)| {
+            let (name, span) = (name.value.as_str(), name.span);
+            Contents { name, span, text: self.sources.text(*file), file: *file }
+        });
+        let contents: Vec<Contents<'_>> = contents.collect();
+        let netlist = self.sources.text(text);
+        let imported = yosys::import(netlist, text, top, &contents, &self.limits, &mut self.diagnostics)?;
         let Imported { builder, origins, monitors, span } = imported;
         let mut faults = Vec::new();
         let netlist = builder.finish_with(&mut faults);

@@ -51,6 +51,8 @@ pub enum Command {
     Plot(PlotArgs),
     /// Count what circuits are made of, and how deep their logic is
     Stats(StatsArgs),
+    /// Write a circuit for other tools
+    Export(ExportArgs),
     /// Measure what the documents say of their methods
     Compare(CompareArgs),
     /// Print the JSON Schema of the files that you write, for your editor
@@ -172,6 +174,10 @@ pub struct ElaborationArgs {
     /// Take this module of the file as the top
     #[arg(long, value_name = "MODULE")]
     pub top: Option<String>,
+
+    /// Fill a memory of a Yosys netlist from a file as $readmemh does, e.g. cpu.ram=program.hex; may be given several times
+    #[arg(long, value_name = "NAME=FILE", value_parser = assignment)]
+    pub memory: Vec<Assignment>,
 
     /// Raise a limit, e.g. width=100000; may be given several times
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
@@ -438,6 +444,72 @@ pub struct StatsArgs {
     /// Text or JSON.
     #[command(flatten)]
     pub format: FormatArgs,
+}
+
+/// What a circuit is written as.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum ExportFormat {
+    /// Verilog-2005: modules that can be synthesized, and a test bench.
+    Verilog,
+}
+
+/// `discreta export`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta export circuits/evaluation/line.json --to verilog -o line.v
+  discreta export circuits/evaluation/line.json --to verilog -o line.v --testbench line_tb.v -s dx=5 -s dy=3
+        and a test bench that does what `run` does with the same options; then
+        iverilog -g2005 -o line line.v line_tb.v && ./line
+  discreta export circuits/evaluation/line_gates.json --to verilog -p W=16
+        to standard output
+
+docs/export.md says what becomes of what.
+Exit status: 0 written; 2 a faulty circuit, what cannot be written, usage, input or output.")]
+pub struct ExportArgs {
+    /// The circuit file, a netlist of Yosys (write_json), or a scenario that names one
+    #[arg(value_name = "CIRCUIT", value_hint = ValueHint::FilePath)]
+    pub circuit: PathBuf,
+
+    /// As what
+    #[arg(long, value_name = "FORMAT")]
+    pub to: ExportFormat,
+
+    /// Write to a file; without it, to standard output
+    #[arg(short, long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
+    pub output: PathBuf,
+
+    /// Write a test bench that runs the scenario, too; to the same place (-), after the design
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub testbench: Option<PathBuf>,
+
+    /// Parameters and limits.
+    #[command(flatten)]
+    pub elaboration: ElaborationArgs,
+
+    /// In the test bench, hold an input at a value from the start; may be given several times
+    #[arg(short, long = "set", value_name = "NET=VALUE", value_parser = assignment, requires = "testbench")]
+    pub set: Vec<Assignment>,
+
+    /// In the test bench, drive an input by a clock, as in clk=10ns; may be given several times
+    #[arg(long, value_name = "NET=PERIOD", value_parser = clock, requires = "testbench")]
+    pub clock: Vec<ClockOption>,
+
+    /// End the test bench after this many periods of the first clock
+    #[arg(long, value_name = "N", conflicts_with = "time", requires = "testbench")]
+    pub cycles: Option<u64>,
+
+    /// End the test bench at this time: ticks, or with a unit as in 5us
+    #[arg(long, value_name = "TIME", requires = "testbench")]
+    pub time: Option<String>,
+
+    /// End the test bench when a net has a value; without one, when it is 1
+    #[arg(long, value_name = "NET[=VALUE]", value_parser = condition, requires = "testbench")]
+    pub until: Option<Condition>,
+
+    /// Dump only nets that match, e.g. 'adder.*' or '**.q'; may be given several times
+    #[arg(long, value_name = "GLOB", requires = "testbench")]
+    pub trace: Vec<String>,
 }
 
 /// What a schema is of.

@@ -152,6 +152,11 @@ fn scenario_file(loader: &mut Loader, path: &Path) -> Option<Option<FromFile>> {
         loader.diagnostics.push(fault.at(scenario.circuit.span, "the circuit, relative to this file"));
         return None;
     }
+    for (name, file) in scenario.memories {
+        let Some(file) = file.0 else { continue };
+        let contents = normal(&path.parent().unwrap_or(Path::new("")).join(&*file.value));
+        loader.fill_memory(name, &contents, file.span);
+    }
     if is_scenario(loader, &circuit) {
         let message = format!("`{}` is a scenario, not a circuit", circuit.display());
         let fault = Diagnostic::new(Code::BadScenario, message).at(scenario.circuit.span, "it names a circuit itself");
@@ -248,7 +253,7 @@ fn wave(loader: &mut Loader, args: &WaveArgs) -> Option<WaveStimulus> {
 }
 
 /// A name, and the place of its value, of an option; faults will show it as typed.
-fn typed(loader: &mut Loader, option: &str, name: &str, value: &str) -> (Name, Span) {
+pub(super) fn typed(loader: &mut Loader, option: &str, name: &str, value: &str) -> (Name, Span) {
     let text = if value.is_empty() { name.to_owned() } else { format!("{name}={value}") };
     let length = text.len() as u32;
     let file = loader.sources.add(option, text);

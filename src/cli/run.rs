@@ -1,11 +1,11 @@
 //! `discreta run`: a circuit, its scenario, a summary, a waveform.
 
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::args::{ElaborationArgs, EngineArgs, Format, RunArgs, XControl};
+use super::args::{Assignment, ElaborationArgs, EngineArgs, Format, RunArgs, XControl};
 use super::monitor::say;
-use super::prepare::{Changes, Prepared, prepare};
+use super::prepare::{Changes, Prepared, prepare, typed};
 use super::progress::Progress;
 use super::report::{Report, time};
 use super::{CliError, Out, Status, interrupt, replay, waveforms};
@@ -17,6 +17,7 @@ use crate::scenario::{Control, Outcome, Replay, RunError, Scenario};
 use crate::simulator::loop_nets;
 use crate::wave::Sink;
 use crate::wave::diff::Difference;
+use crate::wave::select::Tee;
 
 /// Runs the command.
 ///
@@ -36,12 +37,13 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
         wave: args.wave.stimulus.is_some().then_some(&args.wave),
         checking: false,
     };
-    let files = waveforms::places(&args.output, &args.circuit, args.wave.stimulus.as_deref())?;
+    let files = waveforms::places(args)?;
     let prepared = prepare(&mut loader, &args.circuit, &changes);
     let mut prepared = faults(&mut loader, prepared)?;
 
-    let mut sink = waveforms::open(&files)?;
-    let sink = sink.as_mut().map(|s| s as &mut dyn Sink);
+    let mut writers = waveforms::open(&files)?;
+    let mut sinks = Tee(writers.iter_mut().map(|w| &mut **w as &mut dyn Sink).collect());
+    let sink: Option<&mut dyn Sink> = if files.is_empty() { None } else { Some(&mut sinks) };
     let (outcome, difference) = simulate(&mut prepared, &loader, &args.engine, sink, "running")?;
     let files: Vec<PathBuf> = files.into_iter().map(|place| place.path).collect();
 
@@ -77,6 +79,11 @@ pub(super) fn loader(args: &ElaborationArgs) -> Result<Loader, CliError> {
     let mut loader = Loader::new(limits(&args.limit)?);
     if let Some(top) = &args.top {
         loader.set_top(top);
+    }
+    // of several for one memory the last counts
+    for Assignment { name, value } in args.memory.iter().rev() {
+        let (name, place) = typed(&mut loader, "--memory", name, value);
+        loader.fill_memory(name, Path::new(value), place);
     }
     Ok(loader)
 }

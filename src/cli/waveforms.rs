@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::CliError;
-use crate::wave::select::Tee;
+use super::args::RunArgs;
 use crate::wave::{self, Kind, Sink};
 
 /// Where a waveform goes.
@@ -17,20 +17,21 @@ pub(super) struct Place {
 /// The places, each once.
 ///
 /// # Errors
-/// One that asks for another format, or is the circuit or its stimulus.
-pub(super) fn places(paths: &[PathBuf], circuit: &Path, stimulus: Option<&Path>) -> Result<Vec<Place>, CliError> {
+/// One that asks for another format, or is what the run reads.
+pub(super) fn places(args: &RunArgs) -> Result<Vec<Place>, CliError> {
     let mut places: Vec<Place> = Vec::new();
-    let inputs = [("circuit", Some(circuit)), ("stimulus", stimulus)];
-    let inputs = inputs.map(|(what, path)| (what, path.and_then(|path| path.canonicalize().ok())));
-    for path in paths {
+    let inputs = [("circuit", Some(&args.circuit)), ("stimulus", args.wave.stimulus.as_ref())];
+    for path in &args.output {
         if places.iter().any(|place| place.path == *path) {
             continue;
         }
         let cannot = |why: &str| CliError::usage(format!("cannot write `{}`: {why}", path.display()));
-        let place = path.canonicalize().ok();
-        if let Some((what, _)) = inputs.iter().find(|(_, input)| input.is_some() && *input == place) {
-            let itself = cannot(&format!("it is the {what} itself"));
-            return Err(itself.with_hint("name another file, ending in .vcd or .fst"));
+        for (what, input) in &inputs {
+            let input = input.and_then(|input| input.canonicalize().ok());
+            if input.is_some() && path.canonicalize().ok() == input {
+                let cannot = cannot(&format!("it is the {what} itself"));
+                return Err(cannot.with_hint("name another file, ending in .vcd or .fst"));
+            }
         }
         let kind = match Kind::of(path) {
             Some(kind) => kind,
@@ -51,11 +52,10 @@ fn is_special(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|m| !m.is_file())
 }
 
-/// Opens all places; none if there is none.
+/// Opens all places.
 ///
 /// # Errors
 /// One that cannot be written.
-pub(super) fn open(places: &[Place]) -> Result<Option<Tee<Box<dyn Sink>>>, CliError> {
-    let sinks = places.iter().map(|place| wave::open(&place.path, place.kind)).collect::<Result<Vec<_>, _>>()?;
-    Ok(if sinks.is_empty() { None } else { Some(Tee(sinks)) })
+pub(super) fn open(places: &[Place]) -> Result<Vec<Box<dyn Sink>>, CliError> {
+    Ok(places.iter().map(|place| wave::open(&place.path, place.kind)).collect::<Result<_, _>>()?)
 }

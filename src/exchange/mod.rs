@@ -1,3 +1,5 @@
 //! Other tools' formats. This room knows netlists and diagnostics, nothing of engines.
 
+pub mod readmem;
+pub mod verilog;
 pub mod yosys;

@@ -30,6 +30,10 @@ pub struct ScenarioFile {
     /// Values of the top module's parameters.
     #[serde(default)]
     pub parameters: IndexMap<Name, Recover<ParameterValue>>,
+    /// Memories of a Yosys netlist, by their path, and the files that say what they hold at first, relative to this one: hex
+    /// words as `$readmemh` reads them.
+    #[serde(default)]
+    pub memories: IndexMap<Name, Recover<Spanned<String>>>,
     /// What happens. Each field takes the place of the circuit's own; `inputs` and `clocks` name by name.
     pub simulation: Option<Recover<Simulation>>,
 }

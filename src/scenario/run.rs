@@ -300,9 +300,7 @@ pub fn run_with(
     outcome.failures.sort_by_key(|f| f.expectation);
     let uncovered = scenario.monitors.iter().zip(&watch.seen).enumerate();
     outcome.uncovered = uncovered.filter(|(_, (c, seen))| c.is_uncovered(seen)).map(|(i, _)| i).collect();
-    let outputs = netlist.signal_ids().filter(|&s| {
-        matches!(netlist.signal(s).port, Some(crate::netlist::Direction::Output | crate::netlist::Direction::Inout))
-    });
+    let outputs = netlist.ports().filter(|&s| netlist.signal(s).port != Some(crate::netlist::Direction::Input));
     outcome.outputs = outputs.map(|s| (s, watch.value(engine, s))).collect();
     Ok(outcome)
 }

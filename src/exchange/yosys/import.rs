@@ -12,9 +12,12 @@ use super::cells::{self, Type};
 use super::file::{self, Bit, Cell, File, Module, Port, Term};
 use super::monitor::Monitor;
 use super::origin::Origins;
+use crate::cell::Memory;
 use crate::circuit::Limits;
 use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Span};
+use crate::exchange::readmem::{self, Shape};
 use crate::netlist::{Builder, Bus, Direction, ScopeId};
+use crate::value::Word;
 use crate::{Logic, Value};
 
 /// How deep modules may be in one another, whatever the limit: each takes some of the stack.
@@ -22,6 +25,19 @@ const DEEPEST: u64 = 300;
 
 /// No bit of the builder yet.
 const NONE: u32 = u32::MAX;
+
+/// What a memory is to hold at first, in place of what the file says.
+#[derive(Clone, Copy)]
+pub struct Contents<'t> {
+    /// The memory, by its path.
+    pub name: &'t str,
+    /// Where it is named.
+    pub span: Span,
+    /// The words, as `$readmemh` reads them.
+    pub text: &'t str,
+    /// Where they stand.
+    pub file: FileId,
+}
 
 /// A netlist made of a file, and what goes with it.
 pub struct Imported {
@@ -103,8 +119,8 @@ pub(super) struct Import<'f, 'a> {
     plans: Vec<Option<Plan>>,
     /// What each type is, by its term.
     types: HashMap<Term, Type>,
-    /// Inverted bits, by the bit.
-    pub inverted: HashMap<u32, Bus>,
+    /// Inverted bits, by the instance that asks for one and the bit.
+    pub inverted: HashMap<(ScopeId, u32), Bus>,
     scopes: HashMap<(ScopeId, String), ScopeId>,
     /// Cells that are left out, by type.
     pub ignored: BTreeMap<String, (u32, &'static str)>,
@@ -112,6 +128,10 @@ pub(super) struct Import<'f, 'a> {
     pub own_constants: bool,
     /// How many cells, nets and instances there are so far.
     made: u64,
+    /// What memories are to hold.
+    contents: &'f [Contents<'f>],
+    /// The paths of all memories.
+    memories: Vec<String>,
     /// How many bits memories hold so far.
     memory_bits: u64,
     /// Whether a limit was passed.
@@ -125,6 +145,7 @@ pub fn import(
     text: &str,
     source: FileId,
     top: Option<(&str, Span)>,
+    contents: &[Contents<'_>],
     limits: &Limits,
     diagnostics: &mut Diagnostics,
 ) -> Option<Imported> {
@@ -145,6 +166,8 @@ pub fn import(
         ignored: BTreeMap::new(),
         own_constants: false,
         made: 0,
+        contents,
+        memories: Vec::new(),
         memory_bits: 0,
         full: false,
         at: NONE,
@@ -166,6 +189,15 @@ impl<'f, 'a> Import<'f, 'a> {
         self.top_ports(&mut here);
         self.fill(&mut here);
         self.body(&here);
+        for c in self.contents.iter().filter(|c| !self.memories.iter().any(|m| m == c.name)) {
+            let fault = Diagnostic::new(Code::UnknownMemory, format!("the circuit has no memory `{}`", c.name));
+            let fault = fault.at(c.span, "not in the circuit");
+            let fault = match &self.memories[..] {
+                [] => fault.help("there is none at all: Yosys may have made flip-flops of them (`memory_map`)"),
+                all => fault.did_you_mean(c.name, all.iter().map(String::as_str)),
+            };
+            self.diagnostics.push(fault.help("a memory is named by its path below the top module, as in `u1.mem`"));
+        }
         for (kind, (n, why)) in std::mem::take(&mut self.ignored) {
             let cells = if n == 1 { "cell is" } else { "cells are" };
             let message = format!("{n} `{kind}` {cells} left out: {why}");
@@ -225,12 +257,20 @@ impl<'f, 'a> Import<'f, 'a> {
         self.plans[number].as_ref().expect("a plan is made with the first instance")
     }
 
+    /// Which way a port goes, if it is said.
+    fn direction(&self, port: &Port<'_>) -> Option<Direction> {
+        match self.file.terms.text(port.direction?).as_ref() {
+            "input" => Some(Direction::Input),
+            "output" => Some(Direction::Output),
+            "inout" => Some(Direction::Inout),
+            _ => None,
+        }
+    }
+
     fn top_ports(&mut self, here: &mut Here<'f, 'a>) {
-        let direction = |import: &Self, port: &Port<'_>| port.direction.map(|d| import.file.terms.text(d).to_string());
         for port in here.module.ports.iter().filter(|p| !p.bits.is_empty()) {
-            let way = match direction(self, port).as_deref() {
-                Some("input") => Direction::Input,
-                Some("inout") => Direction::Inout,
+            let way = match self.direction(port) {
+                Some(way @ (Direction::Input | Direction::Inout)) => way,
                 _ => continue,
             };
             let scope = here.scope;
@@ -242,11 +282,11 @@ impl<'f, 'a> Import<'f, 'a> {
         }
         self.fill(here);
         for port in here.module.ports.iter().filter(|p| !p.bits.is_empty()) {
-            match direction(self, port).as_deref() {
-                Some("input" | "inout") => continue,
-                Some("output") => {}
-                other => {
-                    let found = other.unwrap_or("nothing").to_owned();
+            match self.direction(port) {
+                Some(Direction::Input | Direction::Inout) => continue,
+                Some(Direction::Output) => {}
+                None => {
+                    let found = port.direction.map_or("nothing", |d| self.file.terms.text(d)).to_owned();
                     let fault = Diagnostic::new(Code::WrongType, format!("a port cannot go `{found}`"));
                     self.diagnostics.push(fault.at(self.span_of(&port.name), "input, output or inout"));
                 }
@@ -341,10 +381,11 @@ impl<'f, 'a> Import<'f, 'a> {
     /// The nets and cells of an instance whose bits are there.
     fn body(&mut self, here: &Here<'f, 'a>) {
         let top = here.depth == 1;
-        let ports: std::collections::HashSet<&str> =
-            if top { here.module.ports.iter().map(|p| p.name.as_ref()).collect() } else { Default::default() };
+        let ports: HashMap<&str, Option<Direction>> =
+            here.module.ports.iter().map(|p| (p.name.as_ref(), self.direction(p))).collect();
         for net in here.module.nets.iter().filter(|n| !n.bits.is_empty()) {
-            if top && ports.contains(net.name.as_ref()) {
+            let port = ports.get(net.name.as_ref());
+            if top && port.is_some() {
                 continue;
             }
             let (mut scope, mut name) = (here.scope, net.name.as_ref());
@@ -357,7 +398,14 @@ impl<'f, 'a> Import<'f, 'a> {
                 }
             }
             let bus = self.bus(here, here.module.bits(net.bits));
-            self.builder.name(scope, name, bus, net.signed, net.hidden, None);
+            self.builder.name(
+                scope,
+                name,
+                bus,
+                net.signed,
+                net.hidden,
+                port.copied().flatten().filter(|_| scope == here.scope),
+            );
             self.origins.signal(self.span_of(&net.name));
         }
         let origin = self.plan(here.number).origin;
@@ -398,6 +446,17 @@ impl<'f, 'a> Import<'f, 'a> {
     pub fn at_cell(&mut self, here: &Here<'f, 'a>, at: usize) {
         self.origins.fill(self.builder.cell_count(), self.at);
         self.at = self.plan(here.number).origin + at as u32;
+    }
+
+    /// Registers a memory, and puts what it is to hold in place of what it holds at first.
+    pub fn fill_memory(&mut self, path: String, shape: Shape, init: &mut [Word]) {
+        let contents = self.contents;
+        for c in contents.iter().filter(|c| c.name == path) {
+            readmem::read(c.text, c.file, shape, &mut self.diagnostics, |index, value| {
+                Memory::set_word(shape.width, init, index, value, |_| true);
+            });
+        }
+        self.memories.push(path);
     }
 
     /// Counts the bits of a memory; returns whether there is room for them.

@@ -18,7 +18,7 @@ use indexmap::IndexMap;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-pub(crate) use import::{Imported, import};
+pub(crate) use import::{Contents, Imported, import};
 pub use monitor::Monitor;
 pub use origin::Origins;
 pub(crate) use report::report;

@@ -10,6 +10,7 @@ use super::super::import::{Here, Import};
 use super::{Fault, Lower, Site};
 use crate::cell::memory::{ReadPort, WritePort};
 use crate::cell::{CellKind, Edge, Memory};
+use crate::exchange::readmem::Shape;
 use crate::netlist::Bus;
 use crate::value::Word;
 use crate::value::word::{extract, words};
@@ -62,7 +63,10 @@ impl Draft {
     }
 
     /// Adds the cell, unless nothing can see what it holds.
-    fn finish(self, s: &mut Site, name: &str) {
+    fn finish(mut self, s: &mut Site, name: &str) {
+        let path = s.import.builder.path(s.here.scope, name);
+        let shape = Shape { width: self.width, size: self.size, offset: self.offset };
+        s.import.fill_memory(path, shape, &mut self.init);
         if self.reads.is_empty() {
             return;
         }

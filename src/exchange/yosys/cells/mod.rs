@@ -250,14 +250,15 @@ impl Site<'_, '_, '_> {
         y
     }
 
-    /// One bit inverted; by one gate, however many ask for it.
+    /// One bit inverted; by one gate, however many cells of the instance ask for it.
     pub fn invert(&mut self, bit: &Bus) -> Bus {
         let Some(number) = bit.bits().next() else { return bit.clone() };
-        if let Some(known) = self.import.inverted.get(&number) {
+        let key = (self.here.scope, number);
+        if let Some(known) = self.import.inverted.get(&key) {
             return known.clone();
         }
         let y = self.gate("not", GateOp::Not, 1, &[bit]);
-        self.import.inverted.insert(number, y.clone());
+        self.import.inverted.insert(key, y.clone());
         y
     }
 
