@@ -96,7 +96,7 @@ fn sorted(result: Result<(), Unsettled>) -> Result<(), Unsettled> {
 
 fn random(seed: u64, totals: &mut [u64; 6]) {
     let mut rng = Rng::new(seed);
-    let design = if seed % 3 == 0 { Design::new(&mut rng) } else { Design::ordered(&mut rng) };
+    let design = if seed.is_multiple_of(3) { Design::new(&mut rng) } else { Design::ordered(&mut rng) };
     let netlist = design.build(&mut rng);
     if let Err(why) = CompiledEngine::supports(&netlist) {
         assert!(["feedback", "delay"].iter().any(|w| why.contains(w)), "seed {seed}: {why}");

@@ -292,7 +292,7 @@ impl Loader {
     }
 
     /// The circuit of a netlist of Yosys.
-    fn import(&mut self, text: FileId, parameters: &[(Name, ParameterValue)]) -> Option<Circuit> {
+    fn import(&mut self, text_file: FileId, parameters: &[(Name, ParameterValue)]) -> Option<Circuit> {
         for (name, _) in parameters {
             let message = format!("a netlist of Yosys has no parameter `{}` any more", name.value);
             let fault = Diagnostic::new(Code::UnknownParameter, message).at(name.span, "set here");
@@ -304,17 +304,25 @@ impl Loader {
             Contents { name, span, text: self.sources.text(*file), file: *file }
         });
         let contents: Vec<Contents<'_>> = contents.collect();
-        let netlist = self.sources.text(text);
-        let imported = yosys::import(netlist, text, top, &contents, &self.limits, &mut self.diagnostics)?;
-        let Imported { builder, origins, monitors, span } = imported;
+        let netlist = self.sources.text(text_file);
+        let imported = yosys::import(netlist, text_file, top, &contents, &self.limits, &mut self.diagnostics)?;
+        let Imported { builder, origins, monitors, span, parameters, simulation } = imported;
+        let simulation = simulation.and_then(|text| {
+            let name = format!("{}: discreta_simulation", self.sources.name(text_file));
+            let file = self.sources.add(&name, text);
+            let simulation: Simulation = crate::json::parse(&self.sources, file, &mut self.diagnostics)?;
+            simulation.check(&mut self.diagnostics);
+            Some((simulation, Span::new(file, 0, self.sources.text(file).len() as u32)))
+        });
+        let (simulation, simulation_span) = simulation.unzip();
         let mut faults = Vec::new();
         let netlist = builder.finish_with(&mut faults);
         yosys::report(&netlist, &origins, &faults, &self.sources, &mut self.diagnostics);
         Some(Circuit {
             netlist,
-            parameters: IndexMap::new(),
-            simulation: None,
-            simulation_span: None,
+            parameters,
+            simulation,
+            simulation_span,
             span,
             monitors,
             places: Places::default(),

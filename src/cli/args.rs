@@ -454,6 +454,10 @@ pub struct StatsArgs {
 pub enum ExportFormat {
     /// Verilog-2005: modules that can be synthesized, and a test bench.
     Verilog,
+    /// A netlist as Yosys writes it: for Yosys, netlistsvg and their like.
+    YosysJson,
+    /// A graph for Graphviz.
+    Dot,
 }
 
 /// `discreta export`.
@@ -466,6 +470,10 @@ Examples:
         iverilog -g2005 -o line line.v line_tb.v && ./line
   discreta export circuits/evaluation/line_gates.json --to verilog -p W=16
         to standard output
+
+  discreta export circuits/evaluation/line.json --to yosys-json -o line_netlist.json
+        which Yosys reads (read_json), and discreta too
+  discreta export circuits/evaluation/line_gates.json --to dot --depth 0 | dot -Tsvg > line.svg
 
 docs/export.md says what becomes of what.
 Exit status: 0 written; 2 a faulty circuit, what cannot be written, usage, input or output.")]
@@ -481,6 +489,10 @@ pub struct ExportArgs {
     /// Write to a file; without it, to standard output
     #[arg(short, long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
     pub output: PathBuf,
+
+    /// In a graph, draw instances that are more than N deep in others as boxes; without it, none
+    #[arg(long, value_name = "N")]
+    pub depth: Option<usize>,
 
     /// Write a test bench that runs the scenario, too; to the same place (-), after the design
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]

@@ -1,5 +1,7 @@
 //! `discreta export`: a circuit for other tools.
 
+mod netlist;
+
 use std::io::Write as _;
 use std::path::Path;
 
@@ -7,6 +9,7 @@ use super::args::{ExportArgs, ExportFormat};
 use super::prepare::{Changes, Prepared, circuit_of, prepare};
 use super::run::{faults, loader};
 use super::{CliError, Out, Status};
+use crate::exchange::dot;
 use crate::exchange::verilog::{self, Bench};
 use crate::wave::output::{Destination, Output};
 
@@ -16,7 +19,23 @@ use crate::wave::output::{Destination, Output};
 /// Faults of the circuit or scenario, what the format cannot say, a file that cannot be written.
 pub fn run(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
     match args.to {
+        ExportFormat::Verilog if args.depth.is_some() => Err(CliError::usage("`--depth` is of graphs: `--to dot`")),
         ExportFormat::Verilog => verilog(args, out),
+        _ if args.testbench.is_some() => Err(CliError::usage("a test bench is Verilog: `--to verilog`")),
+        ExportFormat::YosysJson if args.depth.is_some() => Err(CliError::usage("`--depth` is of graphs: `--to dot`")),
+        ExportFormat::YosysJson => {
+            let mut loader = loader(&args.elaboration)?;
+            let text = netlist::yosys_json(&mut loader, &args.circuit, &args.elaboration.parameter);
+            write(&args.output, &faults(&mut loader, text)?, out)?;
+            Ok(Status::Done)
+        }
+        ExportFormat::Dot => {
+            let mut loader = loader(&args.elaboration)?;
+            let circuit = circuit_of(&mut loader, &args.circuit, &args.elaboration.parameter);
+            let circuit = faults(&mut loader, circuit)?;
+            write(&args.output, &dot::write(&circuit.netlist, args.depth.unwrap_or(usize::MAX)), out)?;
+            Ok(Status::Done)
+        }
     }
 }
 
@@ -25,7 +44,7 @@ fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
     let Some(testbench) = &args.testbench else {
         let circuit = circuit_of(&mut loader, &args.circuit, &args.elaboration.parameter);
         let circuit = faults(&mut loader, circuit)?;
-        write(&args.output, &verilog::design(&circuit.netlist), out)?;
+        write(&args.output, &verilog::design(&circuit.netlist).map_err(refused)?, out)?;
         return Ok(Status::Done);
     };
     let changes = Changes {
@@ -42,16 +61,16 @@ fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
     let prepared = prepare(&mut loader, &args.circuit, &changes);
     let Prepared { circuit, scenario, replay, .. } = faults(&mut loader, prepared)?;
     if replay.is_some() {
-        let refused = CliError::usage("a test bench cannot be driven by a waveform, as this scenario is");
-        return Err(refused.with_hint("simulate the design beside what made the waveform"));
+        return Err(CliError::usage("a test bench cannot take its inputs from a waveform")
+            .with_hint("write the design alone, without --testbench"));
     }
     let dump = match testbench.file_stem() {
         Some(stem) if testbench.as_os_str() != "-" => format!("{}.vcd", stem.to_string_lossy()),
         _ => format!("{}.vcd", circuit.netlist.scopes()[0].name),
     };
     let bench = Bench { netlist: &circuit.netlist, scenario: &scenario, dump: &dump };
-    let bench = bench.write().map_err(|refused| CliError::usage(refused.to_string()))?;
-    let design = verilog::design(&circuit.netlist);
+    let bench = bench.write().map_err(refused)?;
+    let design = verilog::design(&circuit.netlist).map_err(refused)?;
     if *testbench == args.output {
         write(&args.output, &format!("{design}\n{bench}"), out)?;
     } else {
@@ -59,6 +78,10 @@ fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
         write(testbench, &bench, out)?;
     }
     Ok(Status::Done)
+}
+
+fn refused(what: verilog::Refused) -> CliError {
+    CliError::usage(what.to_string())
 }
 
 /// Writes a whole file, or none.

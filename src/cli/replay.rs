@@ -72,7 +72,7 @@ pub(super) fn compared(
                 |(var, &signal): (usize, &SignalId)| vec![Pick { var, lo: 0, width: netlist.signal(signal).width }];
             let picks = recorded.iter().enumerate().map(whole).collect();
             let mut outer = Select::new(sink, layout(netlist, &recorded), whereto(&recorded, picks));
-            go(prepared, &scenario, Some(&mut Tee(vec![&mut outer, &mut aside])))?
+            go(prepared, &scenario, Some(&mut Tee(vec![&mut outer as &mut dyn Sink, &mut aside])))?
         }
     };
     drop(writer);

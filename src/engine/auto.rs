@@ -14,7 +14,7 @@ const PATIENCE_PER_CELL: u64 = 400;
 
 #[derive(Debug)]
 enum Running<'n> {
-    Event(EventEngine),
+    Event(Box<EventEngine>),
     Compiled(Box<CompiledEngine<'n>>),
 }
 
@@ -44,20 +44,20 @@ impl<'n> AutoEngine<'n> {
     /// The same, compiled after `patience` net changes.
     #[must_use]
     pub fn with_patience(netlist: &'n Netlist, patience: u64) -> AutoEngine<'n> {
-        let running = Running::Event(EventEngine::new(netlist));
+        let running = Running::Event(Box::new(EventEngine::new(netlist)));
         AutoEngine { netlist, running, observed: Vec::new(), refused: None, patience, before: 0, settled: false }
     }
 
     fn engine(&self) -> &dyn Engine {
         match &self.running {
-            Running::Event(engine) => engine,
+            Running::Event(engine) => &**engine,
             Running::Compiled(engine) => &**engine,
         }
     }
 
     fn engine_mut(&mut self) -> &mut dyn Engine {
         match &mut self.running {
-            Running::Event(engine) => engine,
+            Running::Event(engine) => &mut **engine,
             Running::Compiled(engine) => &mut **engine,
         }
     }

@@ -167,7 +167,7 @@ mod tests {
         assert_eq!(contents("x z0 1", 6, 4, 2), Ok("00xxxx zz0000 000001 -".into()));
         assert_eq!(contents("@3 1//a\n@2 /**/2/* * / */@4 3", 4, 3, 2), Ok("0010 0001 0011".into()));
         assert_eq!(contents("", 4, 1, 0), Ok("-".into()));
-        assert_eq!(contents("fedcba9876543210F", 68, 1, 0), Ok(format!("{:068b}", 0xfedc_ba98_7654_3210_fu128)));
+        assert_eq!(contents("fedcba9876543210F", 68, 1, 0), Ok(format!("{:068b}", 0x000f_edcb_a987_6543_210f_u128)));
     }
 
     #[test]

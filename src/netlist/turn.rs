@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::{CellId, Driver, NetId, Netlist, Slice};
-use crate::cell::{GateOp, Role};
+use crate::cell::Role;
 
 /// When, among the inputs that change at one time, one takes effect.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash)]
@@ -71,7 +71,6 @@ impl Netlist {
         let mut seen = HashSet::new();
         for cell in self.cell_ids() {
             for bit in self.clock_bits(cell) {
-                let bit = self.unbuffered(bit);
                 match self.net(bit.0).driver {
                     Driver::Input(_) => _ = direct.insert(bit),
                     Driver::Cell(from, _) if self.is_combinational(from) && seen.insert(bit.0) => {
@@ -84,25 +83,9 @@ impl Netlist {
         (direct, through)
     }
 
-    /// The bits at the clock pins of a cell.
+    /// The bits from which the clocks of a cell come, through buffers and inverters at most.
     fn clock_bits(&self, cell: CellId) -> impl Iterator<Item = Bit> + '_ {
-        let pins = self.cell(cell).kind.inputs().iter().enumerate().filter(|(_, pin)| pin.role == Role::Clock);
-        pins.flat_map(move |(pin, _)| self.input(cell, pin)).flat_map(|s| (s.lo..s.lo + s.width).map(|b| (s.net, b)))
-    }
-
-    /// Where a bit comes from, through buffers and inverters.
-    fn unbuffered(&self, mut bit: Bit) -> Bit {
-        // inverters may stand in a circle
-        for _ in 0..self.cells.len() {
-            let Driver::Cell(from, _) = self.net(bit.0).driver else { break };
-            let op = &self.cell(from).kind;
-            if !matches!(op, crate::cell::CellKind::Gate { op: GateOp::Buf | GateOp::Not, inputs: 1, .. }) {
-                break;
-            }
-            let Some(before) = bit_at(self.input(from, 0), bit.1) else { break };
-            bit = before;
-        }
-        bit
+        self.clock_sources(cell).map(|(source, _, _)| (source.net, source.lo))
     }
 
     /// Whether all that a cell does it does at once.
@@ -157,10 +140,7 @@ impl Netlist {
                     continue;
                 }
                 let sampled = pins().any(|(_, pin)| !matches!(pin.role, Role::Clock | Role::Delayed));
-                let own = |clock: Bit| {
-                    let source = self.unbuffered(clock);
-                    source == input || self.inputs_behind(source.0).contains(&input)
-                };
+                let own = |clock: Bit| clock == input || self.inputs_behind(clock.0).contains(&input);
                 let mut clocks = self.clock_bits(cell).peekable();
                 if sampled && clocks.peek().is_some() && !clocks.any(own) {
                     return true;
@@ -171,20 +151,10 @@ impl Netlist {
     }
 }
 
-/// Bit `at` of slices, the lowest first.
-fn bit_at(slices: &[Slice], mut at: u32) -> Option<Bit> {
-    for s in slices {
-        if at < s.width {
-            return Some((s.net, s.lo + at));
-        }
-        at -= s.width;
-    }
-    None
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cell::GateOp;
     use crate::netlist::{Builder, Bus};
 
     fn drive(netlist: &Netlist, name: &str) -> NetId {

@@ -381,6 +381,12 @@ mod tests {
         assert_eq!(s.limit.unwrap().as_ref().unwrap().cycles.as_ref().unwrap().text(), "2 << W");
         assert_eq!(s.trace.unwrap()[0].value, "**");
         assert_eq!(s.expect.unwrap()[2].as_ref().unwrap().pulses.as_ref().unwrap().as_number(), Some(5));
+
+        let (file, told) = read(&format!("{{ \"circuit\": \"c\", {} }}", examples.next().unwrap()));
+        assert_eq!(told, [""; 0]);
+        let s = file.unwrap().simulation.unwrap().0.unwrap();
+        let wave = s.wave().unwrap();
+        assert_eq!((wave.wave.as_str(), wave.expect, wave.ignore.len()), ("icarus.vcd", true, 1));
     }
 
     #[test]

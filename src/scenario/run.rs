@@ -257,13 +257,6 @@ pub fn run_with(
     for (net, value) in &scenario.inputs {
         drive(engine, *net, value);
     }
-    let mut checks: Vec<(u64, usize)> = Vec::new();
-    for (i, e) in scenario.expect.iter().enumerate() {
-        if let Rule::Value(Some(time), _) = e.rule {
-            checks.push((time, i));
-        }
-    }
-    checks.sort_unstable();
     let mut outcome = Outcome {
         stop: Stop::Limit,
         time: 0,
@@ -276,7 +269,7 @@ pub fn run_with(
         uncovered: Vec::new(),
         outputs: Vec::new(),
     };
-    let end = instants(scenario, engine, &mut feed, &mut watch, &mut sink, &checks, &mut outcome, control);
+    let end = instants(scenario, engine, &mut feed, &mut watch, &mut sink, &mut outcome, control);
     outcome.time = engine.now();
     outcome.events = engine.events();
     outcome.engine = engine.summary();
@@ -323,11 +316,17 @@ fn instants(
     feed: &mut Option<Feed<'_>>,
     watch: &mut Watch<'_>,
     sink: &mut Option<&mut dyn Sink>,
-    checks: &[(u64, usize)],
     outcome: &mut Outcome,
     control: &mut Control<'_>,
 ) -> Result<Stop, RunError> {
     let mut stimulus = scenario.stimulus.iter().peekable();
+    let mut checks: Vec<(u64, usize)> = Vec::new();
+    for (i, e) in scenario.expect.iter().enumerate() {
+        if let Rule::Value(Some(time), _) = e.rule {
+            checks.push((time, i));
+        }
+    }
+    checks.sort_unstable();
     let mut checks = checks.iter().peekable();
     let mut first = true;
     loop {

@@ -5,10 +5,14 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use discreta::circuit::Circuit;
 use discreta::{Logic, Simulator, Value};
 use serde_json::{Map, Value as Json, json};
 
 use crate::support::{Rng, folder};
+
+/// A bit of an input, or 0, or 1 where the input is called so.
+pub type Tap = Option<(&'static str, u32)>;
 
 /// A cell with its parameters.
 #[derive(Clone)]
@@ -25,8 +29,8 @@ pub struct Cell {
     pub model: Option<&'static str>,
     /// Values that an input is given more often than by chance.
     pub likely: Vec<(&'static str, Value)>,
-    /// Ports whose bits are those of inputs, or 0, or 1 where the input is called so. An input of which they are bits is no port itself.
-    pub taps: Vec<(&'static str, Vec<Option<(&'static str, u32)>>)>,
+    /// Ports whose bits are those of inputs. An input of which they are bits is no port itself.
+    pub taps: Vec<(&'static str, Vec<Tap>)>,
     /// Whether several controls change at one instant. Their levels are known then.
     pub together: bool,
     /// Whether controls are never x or z.
@@ -316,6 +320,22 @@ fn discreta(folder: &Path, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors
     let path = folder.join("bench.json");
     std::fs::write(&path, serde_json::to_string(&netlist(cells)).unwrap()).unwrap();
     let circuit = discreta::circuit::load(&path).unwrap_or_else(|e| panic!("{e}"));
+    let values = run(&circuit, cells, stimulus, vectors);
+    // written and read again it is the same
+    let path = folder.join("again.json");
+    std::fs::write(&path, discreta::exchange::yosys::write(&circuit.netlist, &Default::default())).unwrap();
+    let again = discreta::circuit::load(&path).unwrap_or_else(|e| panic!("{e}"));
+    let again = run(&again, cells, stimulus, vectors);
+    for (v, (first, second)) in values.iter().zip(&again).enumerate() {
+        for (i, cell) in cells.iter().enumerate() {
+            assert_eq!(first[i], second[i], "{} written and read again, vector {v} of cell {i}", cell.kind);
+        }
+    }
+    values
+}
+
+/// The outputs of each cell after each vector.
+fn run(circuit: &Circuit, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors: usize) -> Vec<Vec<String>> {
     let mut sim = Simulator::new(&circuit.netlist);
     let ports = |list: &dyn Fn(&Cell) -> Vec<&'static str>| -> Vec<Vec<String>> {
         cells.iter().enumerate().map(|(i, c)| list(c).iter().map(|p| format!("c{i}_{p}")).collect()).collect()

@@ -6,8 +6,9 @@
 //! come to an end by the wiring alone. Where state that is taken to be known would become unknown, or a loop does not
 //! settle, the tick is left before it stores anything.
 
+use super::four::Two;
 use super::graph::{Graph, Id, Map, Op};
-use super::lower::{Lowered, Two};
+use super::lower::Lowered;
 use super::plan::{Chunk, Store};
 use super::wiring::{Bit, Wiring};
 use crate::netlist::NetId;
@@ -172,7 +173,7 @@ impl Fuse<'_> {
     fn half(&mut self, half: u32, may: u64) -> Id {
         match self.state.get(&(half / 2)) {
             Some(two) => {
-                if half % 2 == 0 {
+                if half.is_multiple_of(2) {
                     two.v
                 } else {
                     two.u

@@ -63,7 +63,6 @@ impl State {
             summary[word / 64] |= 1 << (word % 64);
         }
         let bit = |slot: u32, shift: u8| bit_of(p.initial[slot as usize], shift);
-        let pin_words = |g: &General| (0..g.pins.len()).map(|pin| words(g.kind.input_width(pin).max(1))).sum();
         let most = |f: &dyn Fn(&General) -> usize| p.generals.iter().map(f).max().unwrap_or(0);
         let cells = p.controls.iter().map(|c| c.cell.index() + 1).max().unwrap_or(0);
         let watches = p.clocks.iter().map(|c| {
@@ -90,7 +89,7 @@ impl State {
             unknown_controls: Vec::new(),
             events: 0,
             batch: Vec::with_capacity(p.groups.iter().map(ExactSizeIterator::len).max().unwrap_or(0)),
-            scratch_in: vec![Word::ZERO; most(&pin_words)],
+            scratch_in: vec![Word::ZERO; most(&|g| (0..g.pins.len()).map(|pin| words(g.kind.input_width(pin))).sum())],
             scratch_out: vec![Word::ZERO; 2 * most(&|g| g.outputs.iter().map(|o| words(o.1)).sum())],
             memories: Memories::new(p),
         }
@@ -381,7 +380,7 @@ impl State {
         let mut bounds = [(0, 0); PINS];
         let mut at = 0;
         for (pin, pieces) in g.pins.iter().enumerate() {
-            let end = at + words(g.kind.input_width(pin).max(1));
+            let end = at + words(g.kind.input_width(pin));
             let to = &mut self.scratch_in[at..end];
             to.fill(Word::ZERO);
             if pieces.is_empty() {

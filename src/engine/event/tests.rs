@@ -66,6 +66,23 @@ fn flop(width: u32, edge: Edge, init: &str) -> CellKind {
     }))
 }
 
+/// What is not connected reads 0 in all of its bits, however wide.
+#[test]
+fn an_open_pin_of_many_bits() {
+    let mut b = Builder::new("top");
+    let (clk, load, q) = (b.input("clk", 1), b.input("load", 1), b.output("q", 70));
+    let (step, init) = (Value::from_u64(1, 70), Value::from_u64(5, 70));
+    let kind = CellKind::Counter(Box::new(Counter { edge: Edge::Rising, step, init }));
+    let open = Bus::default;
+    let top = b.top();
+    b.cell(top, "counter", kind, vec![clk, open(), open(), open(), open(), open(), load], vec![q]);
+    let mut bench = Bench::new(b);
+    bench.set("clk", "0").set("load", "1").settle();
+    assert_eq!(bench.get("q"), format!("{:070b}", 5));
+    bench.set("clk", "1").settle();
+    assert_eq!(bench.get("q"), "0".repeat(70));
+}
+
 #[test]
 fn edges_at_the_same_time_sample_together() {
     // a shift register: each takes what the one before held

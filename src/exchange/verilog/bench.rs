@@ -5,9 +5,9 @@
 //! second wave waits until as many rounds of such assignments are over as the first can have.
 
 use std::collections::HashMap;
-use std::fmt;
 use std::fmt::Write as _;
 
+use super::Refused;
 use super::design::{Written, bench_timescale, written};
 use super::names::{Taken, identifier};
 use super::storage::is_clock;
@@ -26,18 +26,6 @@ pub struct Bench<'a> {
     /// The file that the waveform goes to.
     pub dump: &'a str,
 }
-
-/// What a test bench cannot say.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Refused(String);
-
-impl fmt::Display for Refused {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for Refused {}
 
 /// Rounds of nonblocking assignments that one wave is given at most.
 const MOST_ROUNDS: usize = 1000;

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use super::names::{Taken, identifier};
 use super::text::{literal, range};
-use super::{cells, storage};
+use super::{Refused, cells, storage};
 use crate::cell::CellKind;
 use crate::netlist::graph::Graph;
 use crate::netlist::hierarchy::circles::{circular, shows};
@@ -13,9 +13,15 @@ use crate::netlist::hierarchy::{Cell, Hierarchy, Module, Piece};
 use crate::netlist::{Direction, Netlist};
 
 /// A netlist as Verilog.
-#[must_use]
-pub fn design(netlist: &Netlist) -> String {
-    written(netlist).text
+///
+/// # Errors
+/// What it cannot say: memories.
+pub fn design(netlist: &Netlist) -> Result<String, Refused> {
+    if let Some(id) = netlist.cell_ids().find(|&id| matches!(netlist.cell(id).kind, CellKind::Memory(_))) {
+        let path = netlist.cell_path(id);
+        return Err(Refused(format!("`{path}` is a memory, which cannot be written as Verilog")));
+    }
+    Ok(written(netlist).text)
 }
 
 /// The design, and what is called how in it.

@@ -10,5 +10,19 @@ mod names;
 mod storage;
 mod text;
 
-pub use bench::{Bench, Refused};
+use std::fmt;
+
+pub use bench::Bench;
 pub use design::design;
+
+/// What Verilog, or this way of writing it, cannot say.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Refused(String);
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Refused {}

@@ -200,7 +200,7 @@ fn module(
     let open = cell.outputs[0].iter().any(|p| matches!(p, Piece::Open(_)));
     let width = w.kind(cell).output_width(0);
     let needed = cell.outputs.len() > 1 && !Writer::is_open(cell, 1) && of != "discreta_delay";
-    let direct = !open && !(needed && cell.outputs[0].len() > 1);
+    let direct = !(open || needed && cell.outputs[0].len() > 1);
     let q = if direct { w.text_of(&cell.outputs[0]) } else { w.helper(cell, "q") };
     if !direct {
         w.unused(&format!("wire {}{q};", range(width)));

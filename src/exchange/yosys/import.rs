@@ -8,6 +8,8 @@ mod top;
 
 use std::collections::{BTreeMap, HashMap};
 
+use indexmap::IndexMap;
+
 use super::cells::{self, Type};
 use super::file::{self, Bit, Cell, File, Module, Port, Term};
 use super::monitor::Monitor;
@@ -49,6 +51,10 @@ pub struct Imported {
     pub monitors: Vec<Monitor>,
     /// Where the top module's name stands.
     pub span: Span,
+    /// The parameters that it was made with, where we wrote it.
+    pub parameters: IndexMap<String, i64>,
+    /// Its default scenario as JSON, where we wrote it.
+    pub simulation: Option<String>,
 }
 
 /// How the numbers of a module's bits become indices.
@@ -121,6 +127,8 @@ pub(super) struct Import<'f, 'a> {
     types: HashMap<Term, Type>,
     /// Inverted bits, by the instance that asks for one and the bit.
     pub inverted: HashMap<(ScopeId, u32), Bus>,
+    parameters: IndexMap<String, i64>,
+    simulation: Option<String>,
     scopes: HashMap<(ScopeId, String), ScopeId>,
     /// Cells that are left out, by type.
     pub ignored: BTreeMap<String, (u32, &'static str)>,
@@ -162,6 +170,8 @@ pub fn import(
         plans: file.modules.iter().map(|_| None).collect(),
         types: HashMap::new(),
         inverted: HashMap::new(),
+        parameters: IndexMap::new(),
+        simulation: None,
         scopes: HashMap::new(),
         ignored: BTreeMap::new(),
         own_constants: false,
@@ -173,9 +183,10 @@ pub fn import(
         at: NONE,
     };
     let result = import.run(top);
+    let (parameters, simulation) = (std::mem::take(&mut import.parameters), import.simulation.take());
     let Import { builder, diagnostics: told, monitors, origins, full, .. } = import;
     diagnostics.append(told);
-    result.filter(|_| !full).map(|span| Imported { builder, origins, monitors, span })
+    result.filter(|_| !full).map(|span| Imported { builder, origins, monitors, span, parameters, simulation })
 }
 
 impl<'f, 'a> Import<'f, 'a> {
@@ -185,6 +196,7 @@ impl<'f, 'a> Import<'f, 'a> {
         let module = &self.file.modules[number];
         self.builder = Builder::new(&module.name);
         self.builder.set_verilog();
+        self.circuit(module);
         let mut here = self.here(number, self.builder.top(), 1);
         self.top_ports(&mut here);
         self.fill(&mut here);
@@ -204,6 +216,23 @@ impl<'f, 'a> Import<'f, 'a> {
             self.diagnostics.push(Diagnostic::new(Code::IgnoredCell, message).at(self.span_of(&module.name), ""));
         }
         Some(self.span_of(&module.name))
+    }
+
+    /// What we wrote of the circuit beside its netlist.
+    fn circuit(&mut self, module: &Module<'_>) {
+        let [timescale, parameters, simulation] = module.circuit.map(|t| t.map(|t| self.file.terms.text(t).as_ref()));
+        match timescale.map(str::parse) {
+            Some(Ok(timescale)) => self.builder.set_timescale(timescale),
+            Some(Err(_)) => {
+                let message = format!("a tick cannot be `{}`", timescale.unwrap_or_default());
+                let fault = Diagnostic::new(Code::WrongType, message).at(self.span_of(&module.name), "of this module");
+                self.diagnostics.push(fault.help("write 1, 10 or 100 of a unit, as in `10ps`"));
+            }
+            None => {}
+        }
+        let pairs = parameters.unwrap_or_default().split(' ').filter_map(|p| p.split_once('='));
+        self.parameters = pairs.filter_map(|(name, value)| Some((name.to_owned(), value.parse().ok()?))).collect();
+        self.simulation = simulation.map(str::to_owned);
     }
 
     /// Where a string of the file stands.
@@ -238,7 +267,9 @@ impl<'f, 'a> Import<'f, 'a> {
                 let Some(value) = net.init.and_then(|s| file.value(s)) else { continue };
                 init.resize(index.len() as usize, Logic::X);
                 for (i, bit) in module.bits(net.bits).iter().enumerate().take(value.width() as usize) {
-                    if let (Some(n), known @ (Logic::Zero | Logic::One)) = (bit.number(), value.bit(i as u32)) {
+                    if let (Some(n), known @ (Logic::Zero | Logic::One | Logic::Z)) =
+                        (bit.number(), value.bit(i as u32))
+                    {
                         init[index.of(n)] = known;
                     }
                 }
@@ -389,13 +420,9 @@ impl<'f, 'a> Import<'f, 'a> {
                 continue;
             }
             let (mut scope, mut name) = (here.scope, net.name.as_ref());
-            if let Some(path) = net.path.map(|p| self.file.terms.text(p)) {
-                let mut parts: Vec<&str> = path.split(' ').filter(|p| !p.is_empty()).collect();
-                // only where it is the name indeed, so that no two become one
-                if parts.len() > 1 && parts.join(".") == net.name {
-                    name = parts.pop().unwrap_or(name);
-                    scope = parts.iter().fold(scope, |scope, part| self.inner_scope(scope, part));
-                }
+            if let Some(mut parts) = self.path_of(net.path, &net.name, false) {
+                name = parts.pop().unwrap_or(name);
+                scope = parts.iter().fold(scope, |scope, part| self.inner_scope(scope, part));
             }
             let bus = self.bus(here, here.module.bits(net.bits));
             self.builder.name(
@@ -468,6 +495,15 @@ impl<'f, 'a> Import<'f, 'a> {
         self.memory_bits <= self.limits.bits
     }
 
+    /// The blocks around a name that a flattened one had, and that name; only where it is the name indeed, so that no two
+    /// become one. An instance may have got a suffix.
+    fn path_of(&self, path: Option<Term>, name: &str, suffix: bool) -> Option<Vec<&'f str>> {
+        let parts: Vec<&str> = self.file.terms.text(path?).split(' ').filter(|p| !p.is_empty()).collect();
+        let rest = name.strip_prefix(&parts.join("."))?;
+        let same = if rest.is_empty() { parts.len() > 1 || suffix } else { suffix && rest.starts_with('$') };
+        (same && !parts.is_empty()).then_some(parts)
+    }
+
     /// Says where a cell comes from.
     fn with_source(&self, fault: Diagnostic, cell: &Cell<'a>) -> Diagnostic {
         match cell.source {
@@ -476,9 +512,21 @@ impl<'f, 'a> Import<'f, 'a> {
         }
     }
 
+    /// An instance of a module that stands for an element of ours.
+    fn element(&mut self, here: &Here<'f, 'a>, cell: &Cell<'a>, own: Term) {
+        if let Err(why) = cells::element(self, here, cell, own) {
+            let fault = Diagnostic::new(why.code, format!("`{}`: {}", cell.name, why.message));
+            let fault = self.with_source(fault.at(self.span_of(&cell.name), "this cell"), cell);
+            self.diagnostics.push(why.help.into_iter().fold(fault, Diagnostic::help));
+        }
+    }
+
     fn instance(&mut self, here: &Here<'f, 'a>, cell: &Cell<'a>, number: usize) {
         let inner = &self.file.modules[number];
         let fault = |code, message: String| Diagnostic::new(code, message);
+        if let Some(own) = inner.own {
+            return self.element(here, cell, own);
+        }
         let mut told = None;
         if inner.black_box {
             let message = format!("`{}` is a black box: the file has no contents for `{}`", cell.name, inner.name);
@@ -497,7 +545,12 @@ impl<'f, 'a> Import<'f, 'a> {
             let fault = self.with_source(fault, cell);
             return self.diagnostics.push(fault);
         }
-        let scope = self.builder.instance(here.scope, &cell.name, &inner.name);
+        let (mut around, mut name) = (here.scope, cell.name.as_ref());
+        if let Some(mut parts) = self.path_of(cell.path, &cell.name, true) {
+            name = parts.pop().unwrap_or(name);
+            around = parts.iter().fold(around, |scope, part| self.inner_scope(scope, part));
+        }
+        let scope = self.builder.instance(around, name, &inner.name);
         let mut inside = self.here(number, scope, here.depth + 1);
         for &(term, range) in here.module.connections(cell) {
             let name = self.file.terms.text(term);

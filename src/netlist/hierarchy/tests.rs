@@ -5,6 +5,9 @@ use super::*;
 use crate::cell::CellKind;
 use crate::netlist::{Driver, NetId, Slice};
 
+/// What a pin or a signal is connected to: here and in the flat netlist.
+type Connection = (Vec<Bit>, Vec<(u32, u32)>);
+
 /// The netlist that a hierarchy describes, put together again wire by wire.
 struct Whole<'n> {
     netlist: &'n Netlist,
@@ -16,7 +19,7 @@ struct Whole<'n> {
     /// The other way round.
     wire: HashMap<(u32, u32), usize>,
     /// What a cell's pin must be: the pieces' wires, checked when all are joined.
-    pins: Vec<(Vec<Bit>, Vec<(u32, u32)>)>,
+    pins: Vec<Connection>,
     children: HashMap<(ScopeId, String), Vec<ScopeId>>,
     cells: HashMap<(ScopeId, String), Vec<CellId>>,
     signals: HashMap<(ScopeId, String), Vec<SignalId>>,

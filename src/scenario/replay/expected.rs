@@ -41,7 +41,7 @@ impl Expected {
         let mut expected = Expected { signals: Vec::new(), parts: Vec::new(), unlike: Vec::new(), loose };
         for signal in named(netlist) {
             let s = netlist.signal(signal);
-            if s.port == Some(Direction::Input) {
+            if s.is_top_port() && s.port == Some(Direction::Input) {
                 continue;
             }
             let path = glob_path(netlist, signal);
@@ -61,7 +61,7 @@ impl Expected {
                     expected.parts.push(parts.iter().map(|part| (part.var, part.at, part.width)).collect());
                 }
                 Err(Mismatch::Missing) => {}
-                Err(other) if s.port.is_some() => {
+                Err(other) if s.is_top_port() => {
                     let fault = Diagnostic::new(Code::WidthMismatch, differs(&path, s.width, other));
                     finder.diagnostics.push(fault.at(wave.wave.span, "this waveform"));
                 }

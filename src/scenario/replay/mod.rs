@@ -341,8 +341,8 @@ impl Finder<'_> {
         let span = self.wave.wave.span;
         let file = self.waves.path().display();
         let outputs = || {
-            let out = |s: &&crate::netlist::Signal| matches!(s.port, Some(Direction::Output | Direction::Inout));
-            self.netlist.signals().iter().filter(out).map(|s| s.name.as_str()).collect::<Vec<_>>()
+            let ports = self.netlist.ports().map(|s| self.netlist.signal(s));
+            ports.filter(|s| s.port != Some(Direction::Input)).map(|s| s.name.as_str()).collect::<Vec<_>>()
         };
         // without inputs it is known by its outputs
         let scopes = match wanted {

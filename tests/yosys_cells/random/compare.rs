@@ -68,8 +68,20 @@ fn rows(design: &Design) -> Vec<(u64, Vec<Value>)> {
 }
 
 /// Cells whose model is an `always` block, which waits for a change of what it reads.
-const WAITING: &[&str] =
-    &["$sop", "$macc", "$macc_v2", "$pmux", "$pow", "$lcu", "$alu", "$div", "$mod", "$divfloor", "$modfloor"];
+const WAITING: &[&str] = &[
+    "$shiftx",
+    "$sop",
+    "$macc",
+    "$macc_v2",
+    "$pmux",
+    "$pow",
+    "$lcu",
+    "$alu",
+    "$div",
+    "$mod",
+    "$divfloor",
+    "$modfloor",
+];
 
 /// The bench of some netlists, and its stimulus.
 pub fn bench(designs: &[Design]) -> (String, String) {

@@ -1,6 +1,6 @@
 //! Bitwise and logical cells, reductions, comparisons, wiring.
 
-use super::{Fault, Lower, Site};
+use super::{Fault, Lower, Site, own};
 use crate::Value;
 use crate::cell::{CellKind, CompareOp, GateOp};
 use crate::netlist::Bus;
@@ -13,9 +13,13 @@ pub(super) fn find(name: &str) -> Option<Lower> {
             gate(s, GateOp::Not, &[&a], y)
         },
         "$pos" | "$buf" | "$barrier" => |s| {
-            s.import.own_constants = true;
+            let gated = s.is_own(own::BUFFER);
+            s.import.own_constants = !gated;
             let (a, y) = (s.operand("A"), s.output("Y"));
             let a = s.extend(&a, s.flag("A_SIGNED"), y.width());
+            if gated {
+                return gate(s, GateOp::Buf, &[&a], y);
+            }
             s.wire(&y, &a);
             Ok(())
         },

@@ -1,0 +1,125 @@
+//! Ticks in one piece of code, and what they leave to the waves.
+
+use super::form::Wanted;
+use super::{ABORTS, CompiledEngine, NEVER, WARM, bit_of};
+use crate::engine::Unsettled;
+use crate::value::Word;
+
+impl CompiledEngine<'_> {
+    /// Changes an input of one bit to and fro, up to `most` times (which is odd, or it goes back to where it was), until
+    /// an observed net changes, in one piece. How many times it did, and whether it can do so at all.
+    pub(super) fn ticks(&mut self, slot: u32, level: bool, most: u64) -> Option<u64> {
+        let number = self.current.filter(|_| !self.alarmed && !self.touched && self.shared.changed != 0)?;
+        if self.memory[slot as usize] != Word::known((!level).into()) {
+            return None;
+        }
+        let form = &mut self.forms[number];
+        if form.waves < WARM || !form.doubtful.is_empty() || self.watches.iter().any(|w| !w.seen) {
+            return None;
+        }
+        let wanted = Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk };
+        let made = form.ticks(&wanted, slot)?;
+        let net = self.wiring.leaf_net[(slot - self.wiring.leaves.start) as usize];
+        let observed = self.observed[net.index()].is_some();
+        let done = if level && most >= 2 && !observed {
+            made.circle.run(&mut self.memory, most / 2)
+        } else {
+            made.single[usize::from(level)].run(&mut self.memory, 1)
+        };
+        if done == 0 {
+            // what it met it cannot do in one piece
+            self.aborted += 1;
+            if self.aborted > ABORTS {
+                form.forget_ticks(slot);
+                self.aborted = 0;
+            }
+            return None;
+        }
+        self.aborted = 0;
+        self.peeked.clear();
+        let level = level ^ (done % 2 == 0);
+        self.memory[slot as usize] = Word::known(level.into());
+        self.stale = true;
+        for (watch, &(slot, shift)) in self.watches.iter_mut().zip(&self.pin_places) {
+            watch.old = bit_of(self.memory[slot as usize], shift);
+        }
+        if observed {
+            self.list_change(net);
+        }
+        self.collect_changes();
+        self.count(done);
+        if self.memory[0].v != 0 {
+            self.memory[0].v = 0;
+            self.alarmed = true;
+        }
+        Some(done)
+    }
+
+    /// One wave after an input of one bit has changed.
+    pub(super) fn tick(&mut self, slot: u32, level: bool) -> Result<(), Unsettled> {
+        if self.ticks(slot, level, 1).is_none() {
+            self.put_input(slot, Word::known(level.into()));
+            return self.wave();
+        }
+        self.after_ticks()
+    }
+
+    /// Goes on from ticks: what they made unknown is seen to.
+    pub(super) fn after_ticks(&mut self) -> Result<(), Unsettled> {
+        if self.alarmed {
+            return self.wave();
+        }
+        self.improve();
+        Ok(())
+    }
+
+    /// Whether the one clock that is due next is the only one there is, and runs in one piece; then it does, up to tick
+    /// `until`.
+    pub(super) fn run_clock(&mut self, until: u64) -> Result<bool, Unsettled> {
+        let due = self.clocks.iter().filter(|c| c.next == self.next_clock).count();
+        if due != 1 || self.pending.is_some() {
+            return Ok(false);
+        }
+        let Some(c) = self.clocks.iter().find(|c| c.next == self.next_clock) else { return Ok(false) };
+        let (slot, level, clock, next) = (c.slot, !c.high, c.clock, c.next);
+        // whole periods from the rising edge on, as long as no other clock is due
+        let end = match self.clocks.len() {
+            1 => until,
+            _ => next,
+        };
+        let most =
+            if level && end - next >= clock.high { 2 * ((end - next - clock.high) / clock.period + 1) } else { 1 };
+        let Some(done) = self.ticks(slot, level, most.min(1 << 20)) else { return Ok(false) };
+        // the last of them
+        let last = match (level, done) {
+            (true, n) if n % 2 == 0 => next + (n / 2 - 1) * clock.period + clock.high,
+            (true, n) => next + n / 2 * clock.period,
+            (false, _) => next,
+        };
+        self.now = last;
+        let high = level ^ (done % 2 == 0);
+        let wait = if high { clock.high } else { clock.period - clock.high };
+        for c in self.clocks.iter_mut().filter(|c| c.slot == slot) {
+            (c.high, c.next) = (high, last.saturating_add(wait));
+        }
+        self.next_clock = self.clocks.iter().map(|c| c.next).min().unwrap_or(NEVER);
+        self.after_ticks()?;
+        Ok(true)
+    }
+
+    /// Makes the clock edges of tick `now`.
+    pub(super) fn fire(&mut self) {
+        self.next_clock = NEVER;
+        for i in 0..self.clocks.len() {
+            let c = &mut self.clocks[i];
+            if c.next == self.now {
+                c.high = !c.high;
+                let wait = if c.high { c.clock.high } else { c.clock.period - c.clock.high };
+                c.next = self.now.saturating_add(wait);
+                let (slot, level) = (c.slot, Word::known(u64::from(c.high)));
+                self.put_input(slot, level);
+            }
+            self.next_clock = self.next_clock.min(self.clocks[i].next);
+        }
+    }
+}
