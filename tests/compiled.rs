@@ -159,6 +159,28 @@ fn random_netlists_are_the_same_on_both_engines() {
     assert!(first > 0 || steps > 5000 && known > 500 && four_valued > 500);
 }
 
+/// The command line: the same bytes of waveform, and what is said of the engine.
+#[test]
+fn the_command_line_chooses_an_engine() {
+    let run = |circuit: &str, engine: &str, more: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_discreta"));
+        command.current_dir(repository("")).args(["run", circuit, "--engine", engine]).args(more);
+        command.output().unwrap()
+    };
+    for circuit in ["circuits/evaluation/line.json", "circuits/dda/line_gates.json"] {
+        let [event, compiled] = ["event", "compiled"].map(|engine| run(circuit, engine, &["-o", "-"]).stdout);
+        assert!(event.len() > 1000 && event == compiled, "{circuit}");
+    }
+    let text = |o: Vec<u8>| String::from_utf8(o).unwrap();
+    let said = text(run("circuits/evaluation/line.json", "compiled", &["-v"]).stdout);
+    assert!(said.contains("engine compiled") && said.contains("all known"), "{said}");
+    let refused = run("circuits/feed/system.json", "compiled", &[]);
+    let said = text(refused.stderr);
+    assert!(refused.status.code() == Some(2) && said.contains("RC delay"), "{said}");
+    let said = text(run("circuits/feed/system.json", "auto", &["-v"]).stdout);
+    assert!(said.contains("engine event") && said.contains("not compiled: it has an RC delay"), "{said}");
+}
+
 /// The shipped circuits, driven as people would and then at random, by all three engines.
 #[test]
 fn shipped_circuits_are_the_same_on_all_engines() {

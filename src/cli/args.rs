@@ -187,11 +187,11 @@ pub struct ElaborationArgs {
 /// Which engine runs the circuit: a choice of speed, never of result.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub enum EngineChoice {
-    /// The fastest that can run the circuit.
+    /// The event engine, and machine code once a run turns out to be long.
     Auto,
     /// The reference: every event, one by one.
     Event,
-    /// Machine code made for the circuit; an error where it cannot be (delays, combinational feedback).
+    /// Machine code made for the circuit; an error where it cannot be (see docs/engines.md).
     #[cfg(feature = "compiled")]
     Compiled,
 }
