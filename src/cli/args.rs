@@ -499,30 +499,33 @@ pub struct ExportArgs {
     #[command(flatten)]
     pub elaboration: ElaborationArgs,
 
-    /// In the test bench, hold an input at a value from the start; may be given several times
-    #[arg(short, long = "set", value_name = "NET=VALUE", value_parser = assignment, requires = "testbench")]
+    /// Hold an input at a value from the start; may be given several times
+    #[arg(short, long = "set", value_name = "NET=VALUE", value_parser = assignment, requires = "testbench", help_heading = BENCH)]
     pub set: Vec<Assignment>,
 
-    /// In the test bench, drive an input by a clock, as in clk=10ns; may be given several times
-    #[arg(long, value_name = "NET=PERIOD", value_parser = clock, requires = "testbench")]
+    /// Drive an input by a clock, as in clk=10ns or clk=20ns,high=5ns,phase=0; may be given several times
+    #[arg(long, value_name = "NET=PERIOD", value_parser = clock, requires = "testbench", help_heading = BENCH)]
     pub clock: Vec<ClockOption>,
 
-    /// End the test bench after this many periods of the first clock
-    #[arg(long, value_name = "N", conflicts_with = "time", requires = "testbench")]
+    /// Stop after this many periods of the first clock
+    #[arg(long, value_name = "N", conflicts_with = "time", requires = "testbench", help_heading = BENCH)]
     pub cycles: Option<u64>,
 
-    /// End the test bench at this time: ticks, or with a unit as in 5us
-    #[arg(long, value_name = "TIME", requires = "testbench")]
+    /// Stop at this time: ticks, or with a unit as in 5us
+    #[arg(long, value_name = "TIME", requires = "testbench", help_heading = BENCH)]
     pub time: Option<String>,
 
-    /// End the test bench when a net has a value; without one, when it is 1
-    #[arg(long, value_name = "NET[=VALUE]", value_parser = condition, requires = "testbench")]
+    /// Stop when a net has a value; without one, when it is 1
+    #[arg(long, value_name = "NET[=VALUE]", value_parser = condition, requires = "testbench", help_heading = BENCH)]
     pub until: Option<Condition>,
 
-    /// Dump only nets that match, e.g. 'adder.*' or '**.q'; may be given several times
-    #[arg(long, value_name = "GLOB", requires = "testbench")]
+    /// Record only nets that match, e.g. 'adder.*' or '**.q'; may be given several times
+    #[arg(long, value_name = "GLOB", requires = "testbench", help_heading = BENCH)]
     pub trace: Vec<String>,
 }
+
+/// The heading of the options that are those of `run`.
+const BENCH: &str = "Scenario of the test bench";
 
 /// What a schema is of.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
