@@ -15,6 +15,7 @@ use discreta::cell::{
 use discreta::exchange::yosys::{Extra, write};
 use discreta::netlist::{Builder, Bus, Direction, Netlist, ScopeId};
 use discreta::{Logic, Probe, Simulator, Value, circuit};
+use needs::needs;
 use program::run;
 use support::{Rng, folder, repository};
 
@@ -368,6 +369,7 @@ fn shipped_circuits_run_as_before() {
 
 /// Yosys takes them, finds nothing wrong but the flip-flops made of gates in a circle, and writes Verilog that Icarus
 /// takes.
+#[needs(iverilog, yosys)]
 #[test]
 fn yosys_takes_shipped_circuits() {
     let folder = folder("export_yosys_check");
@@ -397,6 +399,7 @@ fn yosys_takes_shipped_circuits() {
 }
 
 /// A design of Verilog comes back at every level at which Yosys can write it.
+#[needs(yosys)]
 #[test]
 fn netlists_of_yosys_come_back() {
     let folder = folder("export_yosys_designs");
@@ -454,6 +457,7 @@ fn counter() -> Netlist {
 }
 
 /// Ticks, parameters and scenario stay with the netlist.
+#[needs(yosys)]
 #[test]
 fn a_circuit_keeps_what_goes_with_it() {
     let folder = folder("export_yosys_extra");
@@ -485,15 +489,15 @@ fn a_circuit_keeps_what_goes_with_it() {
 }
 
 /// Graphviz takes the graphs; the same circuit gives the same text.
+#[needs(dot)]
 #[test]
 fn graphs_of_shipped_circuits() {
-    let there = Command::new("dot").arg("-V").output().is_ok();
     for path in circuits().iter().filter(|p| p.contains("evaluation/")) {
         for depth in ["0", "1"] {
             let graph = || run(&["export", path, "--to", "dot", "--depth", depth]);
             let (status, text, told) = graph();
             assert_eq!((status, &graph().1), (0, &text), "{path}: {told}");
-            if there && depth == "0" {
+            if depth == "0" {
                 let file = folder("export_dot").join("graph.dot");
                 std::fs::write(&file, &text).unwrap();
                 let drawn = Command::new("dot").args(["-Tsvg", file.to_str().unwrap()]).output().unwrap();
@@ -502,8 +506,5 @@ fn graphs_of_shipped_circuits() {
                 assert!(shapes > 10, "{path}: {shapes} nodes");
             }
         }
-    }
-    if !there {
-        println!("dot is not installed: the graphs were not drawn");
     }
 }

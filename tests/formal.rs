@@ -13,6 +13,7 @@ use std::time::Instant;
 
 use discreta::circuit::Circuit;
 use discreta::exchange::yosys::{Extra, write};
+use needs::needs;
 use serde_json::{Value as Json, json};
 use support::pairs::*;
 use support::{folder, load, repository};
@@ -179,6 +180,7 @@ fn prove(claims: &[Claim]) {
     println!("{} proofs, {cells} cells", claims.len());
 }
 
+#[needs(yosys)]
 #[test]
 fn combinational_modules_are_their_elements() {
     let mut pairs = vec![half_adder(), full_adder()];
@@ -190,6 +192,7 @@ fn combinational_modules_are_their_elements() {
     prove(&pairs.iter().map(Claim::of).collect::<Vec<_>>());
 }
 
+#[needs(yosys)]
 #[test]
 fn sequential_modules_are_their_elements() {
     let mut pairs = vec![sr_held(), latch(4)];
@@ -207,6 +210,7 @@ fn sr_held() -> Pair {
 }
 
 /// Their inputs may do what they like: no order of clock and start is assumed.
+#[needs(yosys)]
 #[test]
 fn circuits_of_gates_are_those_of_words() {
     let claims = [
@@ -218,6 +222,7 @@ fn circuits_of_gates_are_those_of_words() {
 }
 
 /// What is not the same is refuted: a gate is exchanged in each module.
+#[needs(yosys)]
 #[test]
 fn wrong_gates_are_refuted() {
     let mut refuted = 0;
