@@ -1,6 +1,6 @@
 //! Modules: ports, wires, what is one wire by two names, cells, instances, blocks.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fmt::Write as _;
 
 use super::names::{Taken, identifier};
@@ -10,7 +10,7 @@ use crate::cell::CellKind;
 use crate::netlist::graph::Graph;
 use crate::netlist::hierarchy::circles::{circular, shows};
 use crate::netlist::hierarchy::{Cell, Hierarchy, Module, Piece};
-use crate::netlist::{Direction, Netlist};
+use crate::netlist::{Direction, NetId, Netlist};
 
 /// A netlist as Verilog.
 ///
@@ -46,10 +46,11 @@ pub(super) fn written(netlist: &Netlist) -> Written {
     let mut names = Taken::default();
     let modules: Vec<String> = hierarchy.modules().iter().map(|m| names.fresh(&[0], &m.name)).collect();
     let feedback = feedback(netlist, &hierarchy);
+    let clocks = storage::clocks(netlist);
     let mut identifiers = Vec::new();
     let bodies: Vec<String> = (0..modules.len())
         .map(|m| {
-            let mut writer = Writer::new(netlist, &hierarchy, &modules, m);
+            let mut writer = Writer::new(netlist, &hierarchy, &modules, &clocks, m);
             writer.circular = feedback[m].clone();
             writer.module();
             used.append(&mut writer.support);
@@ -128,6 +129,8 @@ pub(super) struct Writer<'h> {
     pub netlist: &'h Netlist,
     hierarchy: &'h Hierarchy,
     modules: &'h [String],
+    /// The nets that are clocks.
+    pub clocks: &'h HashSet<NetId>,
     module: &'h Module,
     number: usize,
     names: Taken,
@@ -153,12 +156,19 @@ pub(super) struct Writer<'h> {
 }
 
 impl<'h> Writer<'h> {
-    fn new(netlist: &'h Netlist, hierarchy: &'h Hierarchy, modules: &'h [String], number: usize) -> Writer<'h> {
+    fn new(
+        netlist: &'h Netlist,
+        hierarchy: &'h Hierarchy,
+        modules: &'h [String],
+        clocks: &'h HashSet<NetId>,
+        number: usize,
+    ) -> Writer<'h> {
         let module = &hierarchy.modules()[number];
         let mut writer = Writer {
             netlist,
             hierarchy,
             modules,
+            clocks,
             module,
             number,
             names: Taken::default(),

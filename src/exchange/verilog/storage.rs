@@ -1,5 +1,7 @@
 //! Storage, and what acts by time.
 
+use std::collections::HashSet;
+
 use super::design::Writer;
 use super::text::{literal, range, repeat, zeros};
 use crate::cell::{CellKind, Counter, Edge, Flop};
@@ -97,7 +99,7 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
         (CellKind::Clock(c), _) => {
             let own = [("PERIOD", c.period), ("HIGH", c.high), ("PHASE", c.phase)];
             let mut own = own.map(|(n, v)| (n.to_owned(), format!("64'd{v}"))).to_vec();
-            if !is_clock(w.netlist, w.netlist.output(cell.id, 0)) {
+            if !w.clocks.contains(&w.netlist.output(cell.id, 0)) {
                 own.push(("LEVEL".to_owned(), "1".to_owned()));
             }
             module(w, cell, "discreta_clock", &own, &[]);
@@ -152,9 +154,9 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
     }
 }
 
-/// Whether a net is some cell's clock.
-pub(super) fn is_clock(netlist: &Netlist, net: NetId) -> bool {
-    netlist.cell_ids().any(|c| netlist.clock_sources(c).any(|(bit, ..)| bit.net == net))
+/// The nets that are some cell's clock.
+pub(super) fn clocks(netlist: &Netlist) -> HashSet<NetId> {
+    netlist.cell_ids().flat_map(|c| netlist.clock_sources(c).map(|(bit, ..)| bit.net)).collect()
 }
 
 fn zero(width: u32, q: &str) -> String {
