@@ -15,12 +15,8 @@ use crate::netlist::{Direction, NetId, Netlist};
 /// A netlist as Verilog.
 ///
 /// # Errors
-/// What it cannot say: memories.
+/// What it cannot say: nothing so far.
 pub fn design(netlist: &Netlist) -> Result<String, Refused> {
-    if let Some(id) = netlist.cell_ids().find(|&id| matches!(netlist.cell(id).kind, CellKind::Memory(_))) {
-        let path = netlist.cell_path(id);
-        return Err(Refused(format!("`{path}` is a memory, which cannot be written as Verilog")));
-    }
     Ok(written(netlist).text)
 }
 
@@ -337,14 +333,24 @@ impl<'h> Writer<'h> {
         }
     }
 
+    /// The name of the wire that pieces are the whole of.
+    pub fn whole_wire(&self, pieces: &[Piece]) -> Option<String> {
+        match pieces {
+            [Piece::Wire { wire, lo: 0, width }] if self.module.wires[*wire].width == *width => {
+                Some(self.select(*wire, 0, *width))
+            }
+            _ => None,
+        }
+    }
+
     /// Whether nothing needs an output pin.
     pub fn is_open(cell: &Cell, pin: usize) -> bool {
         cell.outputs[pin].iter().all(|p| matches!(p, Piece::Open(_)))
     }
 
-    /// Whether a storage cell's state is a wire's.
-    pub fn state_wire(&self, cell: &Cell) -> Option<String> {
-        self.own_wire(&cell.outputs[0]).map(|w| self.wires[w].clone())
+    /// The wire that an output of a storage cell is, if it is one.
+    pub fn state_wire(&self, pieces: &[Piece]) -> Option<String> {
+        self.own_wire(pieces).map(|w| self.wires[w].clone())
     }
 
     /// What an expression for an output pin is assigned to; where some of its bits are open, a wire of its own.
@@ -369,9 +375,14 @@ impl<'h> Writer<'h> {
 
     /// Takes an output pin's bits from a vector that holds them.
     pub fn connect(&mut self, cell: &Cell, pin: usize, all: &str) {
-        let width = self.netlist.cell(cell.id).kind.output_width(pin);
+        self.connect_to(&cell.outputs[pin], all);
+    }
+
+    /// Takes bits from a vector that holds them.
+    pub fn connect_to(&mut self, pieces: &[Piece], all: &str) {
+        let width = super::text::width(pieces);
         let mut at = 0;
-        for piece in &cell.outputs[pin] {
+        for piece in pieces {
             if let Piece::Wire { wire, lo, width: own } = piece {
                 let to = self.select(*wire, *lo, *own);
                 let from = match *own {
@@ -435,10 +446,10 @@ impl<'h> Writer<'h> {
         let mut variables = vec![false; self.module.wires.len()];
         for cell in &self.module.cells {
             let kind = &self.netlist.cell(cell.id).kind;
-            if storage::is_variable(self, cell, kind)
-                && let Some(wire) = self.own_wire(&cell.outputs[0])
-            {
-                variables[wire] = true;
+            for state in storage::variables(cell, kind) {
+                if let Some(wire) = self.own_wire(&state) {
+                    variables[wire] = true;
+                }
             }
         }
         variables

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::design::Writer;
+use super::memory;
 use super::text::{literal, range, repeat, zeros};
 use crate::cell::{CellKind, Counter, Edge, Flop};
 use crate::netlist::hierarchy::{Cell, Piece};
@@ -86,9 +87,13 @@ fn form(cell: &Cell, kind: &CellKind) -> Form {
     }
 }
 
-/// Whether the state of a cell is a variable that an `always` block of the module sets.
-pub(super) fn is_variable(_: &Writer<'_>, cell: &Cell, kind: &CellKind) -> bool {
-    form(cell, kind) == Form::Always && kind.init().is_some()
+/// The outputs of a cell that are variables, which an `always` block of the module sets.
+pub(super) fn variables(cell: &Cell, kind: &CellKind) -> Vec<Vec<Piece>> {
+    match kind {
+        CellKind::Memory(m) => memory::variables(cell, m),
+        _ if form(cell, kind) == Form::Always && kind.init().is_some() => vec![cell.outputs[0].clone()],
+        _ => vec![],
+    }
 }
 
 /// Writes a cell with state.
@@ -149,6 +154,7 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
             let q = literal(&value);
             second(w, cell, kind, &q);
         }
+        (CellKind::Memory(m), _) => memory::write(w, cell, m),
         (_, Form::Module) => {}
         (_, Form::Always) => always(w, cell, kind, &name),
     }
@@ -260,7 +266,7 @@ type Rules = Vec<(Option<String>, String)>;
 /// An `always` block, or two.
 fn always(w: &mut Writer<'_>, cell: &Cell, kind: &CellKind, name: &str) {
     let width = kind.output_width(0);
-    let own = w.state_wire(cell);
+    let own = w.state_wire(&cell.outputs[0]);
     let q = match &own {
         Some(wire) => wire.clone(),
         None => {
