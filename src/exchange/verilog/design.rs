@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use super::names::{Taken, identifier};
 use super::text::{literal, range};
-use super::{Refused, cells, storage};
+use super::{Refused, cells, memory, storage};
 use crate::cell::CellKind;
 use crate::netlist::graph::Graph;
 use crate::netlist::hierarchy::circles::{circular, shows};
@@ -40,7 +40,8 @@ pub(super) fn written(netlist: &Netlist) -> Written {
     let hierarchy = Hierarchy::of(netlist);
     let mut used = BTreeSet::new();
     let mut names = Taken::default();
-    let modules: Vec<String> = hierarchy.modules().iter().map(|m| names.fresh(&[0], &m.name)).collect();
+    let modules: Vec<String> =
+        hierarchy.modules().iter().map(|m| names.fresh(&[0], &super::names::readable(&m.name))).collect();
     let feedback = feedback(netlist, &hierarchy);
     let clocks = storage::clocks(netlist);
     let mut identifiers = Vec::new();
@@ -208,7 +209,10 @@ impl<'h> Writer<'h> {
             }
         };
         for cell in &module.cells {
-            cell.inputs.iter().for_each(|p| each(p, false));
+            match &self.netlist.cell(cell.id).kind {
+                CellKind::Memory(m) => memory::reads(cell, m).iter().for_each(|p| each(p, false)),
+                _ => cell.inputs.iter().for_each(|p| each(p, false)),
+            }
             cell.outputs.iter().for_each(|p| each(p, true));
         }
         for instance in &module.instances {

@@ -31,6 +31,31 @@ pub(super) fn variables(cell: &Cell, m: &Memory) -> Vec<Vec<Piece>> {
     clocked.map(|port| given(cell, m, port)).collect()
 }
 
+/// What is read of its inputs: of ports that nothing reads and of bits that are never written nothing is.
+pub(super) fn reads(cell: &Cell, m: &Memory) -> Vec<Vec<Piece>> {
+    let mut all = Vec::new();
+    if Writer::is_open(cell, 0) {
+        return all;
+    }
+    let used = |port: usize| given(cell, m, port).iter().any(|p| !matches!(p, Piece::Open(_)));
+    for port in (0..m.reads.len()).filter(|&port| used(port)) {
+        all.extend([RD_CLK, RD_EN, RD_ARST, RD_SRST].map(|at| pin(cell, at, port, 1)));
+        all.push(pin(cell, RD_ADDR, port, m.abits));
+    }
+    for port in 0..m.writes.len() {
+        all.push(pin(cell, WR_CLK, port, 1));
+        all.push(pin(cell, WR_ADDR, port, m.abits));
+        let (enable, data) = (pin(cell, WR_EN, port, m.width), pin(cell, WR_DATA, port, m.width));
+        for bit in 0..m.width {
+            let on = part(&enable, bit, 1);
+            if matches!(tied(&on), None | Some(Logic::One)) {
+                all.extend([on, part(&data, bit, 1)]);
+            }
+        }
+    }
+    all
+}
+
 fn given(cell: &Cell, m: &Memory, port: usize) -> Vec<Piece> {
     part(&cell.outputs[0], port as u32 * m.width, m.width)
 }
