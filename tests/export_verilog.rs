@@ -74,8 +74,11 @@ const VARIANTS: &[&str] = &[
     "circuits/evaluation/line.json --trace f --trace k*",
 ];
 
-/// A waveform of all that it holds, in the order of its variables: names and changes.
-fn waves(path: &Path, scope: &str) -> (u64, Vec<(String, Vec<(u64, String)>)>) {
+/// The name of a net and its changes.
+type Changes = (String, Vec<(u64, String)>);
+
+/// The end of a waveform, and all that it holds in the order of its variables.
+fn waves(path: &Path, scope: &str) -> (u64, Vec<Changes>) {
     let mut waves = Waves::open(path).unwrap_or_else(|e| panic!("{e}"));
     let names: Vec<String> = waves.vars().iter().map(|v| v.name.clone()).collect();
     let all = names.into_iter().enumerate().map(|(i, name)| {

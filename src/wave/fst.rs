@@ -1,6 +1,6 @@
 //! Writing FST, GTKWave's compressed format, while a run goes on.
 //!
-//! The `fst-writer` crate does the format. Changes are kept by it and compressed [`SECTION`] bytes at a time, so memory
+//! The `fst-writer` crate does the format. Changes are kept by it and compressed some megabytes at a time, so memory
 //! does not grow with the run. The bytes are the same everywhere: no date, no version number. The numbers in its header
 //! are known at the end only, so the destination is one that can go back.
 

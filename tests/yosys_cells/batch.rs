@@ -11,6 +11,9 @@ use serde_json::{Map, Value as Json, json};
 
 use crate::support::{Rng, folder};
 
+/// A bit of an input, or 0, or 1 where the input is called so.
+pub type Tap = Option<(&'static str, u32)>;
+
 /// A cell with its parameters.
 #[derive(Clone)]
 pub struct Cell {
@@ -26,8 +29,8 @@ pub struct Cell {
     pub model: Option<&'static str>,
     /// Values that an input is given more often than by chance.
     pub likely: Vec<(&'static str, Value)>,
-    /// Ports whose bits are those of inputs, or 0, or 1 where the input is called so. An input of which they are bits is no port itself.
-    pub taps: Vec<(&'static str, Vec<Option<(&'static str, u32)>>)>,
+    /// Ports whose bits are those of inputs. An input of which they are bits is no port itself.
+    pub taps: Vec<(&'static str, Vec<Tap>)>,
     /// Whether several controls change at one instant. Their levels are known then.
     pub together: bool,
     /// Whether controls are never x or z.
