@@ -384,6 +384,8 @@ pub enum DontCare {
 Examples:
   discreta diff line.vcd traces/evaluation/line_5_3.vcd
   discreta diff mine.vcd icarus.fst --ignore-end --ignore-x b
+  discreta diff line.vcd line_tb.vcd --scope testbench
+        with what a test bench around the circuit recorded
 
 Signals are matched by their full names, and compared by the value that each has at the end of a tick.
 Exit status: 0 the same; 1 different; 2 a file cannot be read, or usage.")]
@@ -395,6 +397,10 @@ pub struct DiffArgs {
     /// The second waveform
     #[arg(value_name = "B", value_hint = ValueHint::FilePath)]
     pub b: PathBuf,
+
+    /// Compare what is below this scope in the waveform that has it, as where the other's hierarchy begins
+    #[arg(long, value_name = "PATH")]
+    pub scope: Option<String>,
 
     /// Let x in one of the two agree with anything; otherwise x agrees only with x
     #[arg(long, value_name = "SIDE")]
