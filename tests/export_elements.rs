@@ -9,17 +9,22 @@ mod support;
 use std::fmt::Write as _;
 use std::process::Command;
 
+use discreta::cell::memory::{ReadPort, WritePort};
 use discreta::cell::{
-    Accumulator, AddOp, Alu, CellKind, Clock, CompareOp, Counter, DivideOp, Edge, Flop, GateOp, Rc, Role, ShiftOp,
+    Accumulator, AddOp, Alu, CellKind, Clock, CompareOp, Counter, DivideOp, Edge, Flop, GateOp, Memory, Rc, Role,
+    ShiftOp,
 };
 use discreta::exchange::verilog;
-use discreta::netlist::{Builder, Netlist};
+use discreta::netlist::{Builder, Bus, Netlist};
 use discreta::{Logic, Simulator, Value};
+use needs::needs;
 use support::{Rng, folder};
 
 const VECTORS: usize = 300;
 const SPACING: u64 = 10;
 const ROUNDS: u64 = 12;
+/// In one round.
+const MEMORIES: usize = 40;
 
 fn width(rng: &mut Rng) -> u32 {
     *rng.pick(&[1, 1, 2, 3, 4, 5, 8, 16, 31, 32, 33, 63, 64, 65, 70])
@@ -111,10 +116,12 @@ fn kinds(rng: &mut Rng) -> Vec<(&'static str, CellKind)> {
 
 struct Pin {
     width: u32,
-    /// Of a control: mostly 0, and quiet at first; of a clock the value at which it is quiet.
-    control: Option<bool>,
+    /// Of a control or a clock: the value at which it is quiet, as it is at first; if that is 0, it mostly is.
+    control: Option<Value>,
     /// Whether z would go through an unknown choice.
     no_z: bool,
+    /// Of the addresses of a memory: how many, the first and how many there are.
+    addresses: Option<(u32, i64, u64)>,
 }
 
 struct Drawn {
@@ -122,6 +129,103 @@ struct Drawn {
     inputs: Vec<Pin>,
     /// Widths, and the cell's kind.
     outputs: Vec<(u32, &'static str)>,
+}
+
+/// Memories of all kinds: the usual ones with one clock, and whatever there can be with several.
+fn memory(rng: &mut Rng) -> (Memory, [Vec<usize>; 2], Vec<Edge>) {
+    let width = *rng.pick(&[1, 2, 4, 8, 8, 13, 32, 64, 65, 70]);
+    let size = *rng.pick(&[1, 2, 4, 5, 8, 8, 16, 16, 19]);
+    let offset = *rng.pick(&[0, 0, 0, 0, 1, 3, -1, -4]);
+    let abits = *rng.pick(&[2, 3, 4, 4, 5, 31, 32, 33, 40, 64]);
+    let usual = rng.one_in(2);
+    let (r, w) = (1 + rng.below(3) as usize, rng.below(if usual { 2 } else { 4 }) as usize);
+    let clocks = if usual { 1 } else { 1 + rng.below(3) as usize };
+    let edges: Vec<Edge> = (0..clocks).map(|_| *rng.pick(&[Edge::Rising, Edge::Falling])).collect();
+    let of = [r, w].map(|n| (0..n).map(|_| rng.below(clocks as u64) as usize).collect::<Vec<_>>());
+    let mut init = Memory::contents(width, size);
+    let unknown = *rng.pick(&[u64::MAX, 1, 6]);
+    if !rng.one_in(3) {
+        (0..size).for_each(|i| Memory::set_word(width, &mut init, i, &rng.four_valued(width, unknown), |_| true));
+    }
+    let level = if usual { 3 } else { 4 };
+    let write = |port: usize, rng: &mut Rng| {
+        let clock = if !usual && rng.one_in(4) { None } else { Some(edges[of[1][port]]) };
+        WritePort { clock, wide: false, priority: vec![true; port].into() }
+    };
+    let writes: Vec<WritePort> = (0..w).map(|port| write(port, rng)).collect();
+    let read = |port: usize, rng: &mut Rng| {
+        let clock = if rng.one_in(level) { None } else { Some(edges[of[0][port]]) };
+        let both = |w: &WritePort| clock.is_some() && w.clock.is_some();
+        let transparent: Vec<bool> = writes.iter().map(|w| both(w) && rng.one_in(3)).collect();
+        let collides = writes.iter().zip(&transparent).map(|(w, &t)| both(w) && !t && rng.one_in(4)).collect();
+        let (arst_value, srst_value) = (rng.four_valued(width, 8), rng.four_valued(width, 8));
+        let enable_first = rng.one_in(2);
+        ReadPort { clock, wide: false, transparent: transparent.into(), collides, arst_value, srst_value, enable_first }
+    };
+    let reads: Vec<ReadPort> = (0..r).map(|port| read(port, rng)).collect();
+    let start = rng.four_valued(r as u32 * width, unknown);
+    (Memory { width, size, offset, abits, init: init.into(), start, reads, writes }, of, edges)
+}
+
+fn draw_memories(rng: &mut Rng) -> Drawn {
+    let mut b = Builder::new("cells");
+    let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
+    for n in 0..MEMORIES {
+        let (m, of, edges) = memory(rng);
+        let clocks = b.input(&format!("c{n}"), edges.len() as u32);
+        let mut quiet = Value::from_u64(0, edges.len() as u32);
+        let falling = (0..).zip(&edges).filter(|e| *e.1 == Edge::Falling);
+        falling.for_each(|(i, _)| quiet.set_bit(i, Logic::One));
+        inputs.push(Pin { width: clocks.width(), control: Some(quiet), no_z: false, addresses: None });
+        let (r, w, place) = (m.reads.len() as u32, m.writes.len() as u32, (i64::from(m.offset), u64::from(m.size)));
+        let wide = m.width * r;
+        let kind = CellKind::Memory(Box::new(m));
+        let mut ins = Vec::new();
+        for (k, pin) in kind.inputs().iter().enumerate() {
+            let width = kind.input_width(k);
+            if pin.role == Role::Clock {
+                let bits: Vec<Bus> = of[k / 5].iter().map(|&clock| clocks.bit(clock as u32)).collect();
+                ins.push(Bus::concat(&bits));
+                continue;
+            }
+            // what is tied needs no condition
+            if width == 0 || (k == 1 || k == 6) && rng.one_in(4) {
+                ins.push(if width == 0 { Bus::default() } else { b.constant(&Value::repeat(Logic::One, width)) });
+                continue;
+            }
+            if (k == 2 || k == 3) && rng.one_in(2) {
+                ins.push(b.constant(&Value::from_u64(0, width)));
+                continue;
+            }
+            // a write enable for each byte
+            let bytes = k == 6 && rng.one_in(2);
+            let own = if bytes { width.div_ceil(8) } else { width };
+            let port = b.input(&format!("i{n}_{k}"), own);
+            let bit = |i: u32| port.bit(if bytes { i / 8 } else { i });
+            ins.push(if bytes { Bus::concat(&(0..width).map(bit).collect::<Vec<_>>()) } else { port });
+            let control = (pin.role == Role::Level).then(|| Value::from_u64(0, width));
+            let ports = if k == 4 { r } else { w };
+            let addresses = (k == 4 || k == 7).then_some((ports, place.0, place.1));
+            inputs.push(Pin { width: own, control, no_z: false, addresses });
+        }
+        let out = b.output(&format!("o{n}"), wide);
+        outputs.push((wide, "memory"));
+        b.cell(b.top(), &format!("memory{n}"), kind, ins, vec![out]);
+    }
+    Drawn { netlist: b.finish().unwrap(), inputs, outputs }
+}
+
+/// Addresses of which most are there, and often the same.
+fn addresses(rng: &mut Rng, width: u32, (ports, first, size): (u32, i64, u64)) -> Value {
+    let mut value = Value::from_u64(0, width);
+    let own = width / ports;
+    let same = first + rng.below(size.min(3)) as i64;
+    for port in 0..ports {
+        let at = if rng.one_in(2) { same } else { first - 1 + rng.below(size + 2) as i64 };
+        let at = Value::from_i64(at, own);
+        (0..own).for_each(|i| value.set_bit(port * own + i, at.bit(i)));
+    }
+    value
 }
 
 fn draw(rng: &mut Rng) -> Drawn {
@@ -141,7 +245,7 @@ fn draw(rng: &mut Rng) -> Drawn {
             // a load needs its data
             let data = matches!((&kind, k), (CellKind::Counter(_), 1) | (CellKind::EdgeFlop(_), 2));
             if optional && !data && rng.one_in(2) {
-                ins.push(discreta::netlist::Bus::default());
+                ins.push(Bus::default());
                 continue;
             }
             // a trigger that is tied never becomes active; what happens before the first instant is the simulator's
@@ -157,8 +261,9 @@ fn draw(rng: &mut Rng) -> Drawn {
                 Role::Level | Role::Trigger => Some(false),
                 _ => None,
             };
+            let control = control.map(|quiet| Value::from_u64(u64::from(quiet), 1));
             let no_z = matches!(kind, CellKind::Mux { .. } | CellKind::BitMux { .. } | CellKind::Tristate { .. });
-            inputs.push(Pin { width, control, no_z });
+            inputs.push(Pin { width, control, no_z, addresses: None });
         }
         let mut outs = Vec::new();
         for k in 0..kind.outputs().len() {
@@ -175,12 +280,17 @@ fn stimulus(rng: &mut Rng, pins: &[Pin]) -> Vec<Vec<Value>> {
     let mut vectors: Vec<Vec<Value>> = Vec::new();
     for n in 0..VECTORS {
         let one = |(i, pin): (usize, &Pin)| {
-            if let (0, Some(quiet)) = (n, pin.control) {
-                return Value::from_u64(u64::from(quiet), 1);
+            if let (0, Some(quiet)) = (n, &pin.control) {
+                return quiet.clone();
+            }
+            if let Some(place) = pin.addresses
+                && !rng.one_in(8)
+            {
+                return addresses(rng, pin.width, place);
             }
             let unknown = *rng.pick(&[u64::MAX, u64::MAX, u64::MAX, 60, 12, 2]);
             let mut value = match rng.below(10) {
-                0..=3 if pin.control == Some(false) => Value::from_u64(0, 1),
+                0..=3 if pin.control == Some(Value::from_u64(0, pin.width)) => Value::from_u64(0, pin.width),
                 0 => Value::from_u64(0, pin.width),
                 1 => Value::repeat(Logic::One, pin.width),
                 2 if n > 0 => vectors[n - 1][i].clone(),
@@ -206,9 +316,20 @@ fn tool(folder: &std::path::Path, name: &str, arguments: &[&str]) {
     assert!(told.stderr.is_empty(), "{name}: {}", String::from_utf8_lossy(&told.stderr));
 }
 
+#[needs(iverilog)]
 #[test]
 fn every_kind_of_cell_runs_on_icarus_as_here() {
-    let folder = folder("export_elements");
+    run_on_icarus_as_here("export_elements", draw);
+}
+
+#[needs(iverilog)]
+#[test]
+fn memories_run_on_icarus_as_here() {
+    run_on_icarus_as_here("export_memories", draw_memories);
+}
+
+fn run_on_icarus_as_here(place: &str, draw: fn(&mut Rng) -> Drawn) {
+    let folder = folder(place);
     let (mut cells, mut values, mut faults) = (0, 0, String::new());
     for round in 0..ROUNDS {
         let mut rng = Rng::new(round);
@@ -267,5 +388,5 @@ fn every_kind_of_cell_runs_on_icarus_as_here() {
         cells += netlist.cells().len();
     }
     assert!(faults.is_empty(), "what differs from Icarus:\n{faults}");
-    println!("{cells} cells, {values} values equal");
+    println!("{place}: {cells} cells, {values} values equal");
 }

@@ -7,6 +7,7 @@ mod support;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use needs::needs;
 use program::{discreta, ended};
 use serde_json::{Value as Json, json};
 use support::{folder, repository};
@@ -64,6 +65,7 @@ fn replay(name: &str) -> PathBuf {
 
 /// Two clocks that meet, resets, a bus, a gated clock, a strobe, x and z: no difference at any level, from VCD or FST,
 /// with the scope given or found.
+#[needs(iverilog, vcd2fst, yosys)]
 #[test]
 fn icarus_is_replayed() {
     let folder = replay("stimulus_icarus");
@@ -109,6 +111,7 @@ endmodule
 "#;
 
 /// Names with dots, `=` and backslashes, and a hierarchy that is flattened or not.
+#[needs(iverilog, vcd2fst, yosys)]
 #[test]
 fn names_are_those_of_the_source() {
     let folder = folder("stimulus_names");
@@ -146,6 +149,7 @@ fn with_another_value(folder: &Path) -> String {
 }
 
 /// What is wrong in the design or in the trace is found, and nothing else.
+#[needs(iverilog, vcd2fst, yosys)]
 #[test]
 fn a_difference_is_found() {
     let folder = replay("stimulus_difference");
@@ -200,6 +204,7 @@ fn golden_traces_are_replayed() {
 
 /// A waveform of the run is the same whether it is compared or not, and a run that is told nothing else ends where the
 /// waveform does.
+#[needs(iverilog, vcd2fst, yosys)]
 #[test]
 fn the_end_and_the_output() {
     let folder = replay("stimulus_end");
@@ -353,6 +358,7 @@ fn unknown_values() {
 }
 
 /// What cannot be meant is told with its place and a way out.
+#[needs(iverilog, vcd2fst, yosys)]
 #[test]
 fn kind_errors() {
     let folder = replay("stimulus_errors");
@@ -404,6 +410,7 @@ fn kind_errors() {
 }
 
 /// A scenario names the waveform, and `test` compares.
+#[needs(iverilog, vcd2fst, yosys)]
 #[test]
 fn scenarios() {
     let folder = replay("stimulus_scenario");
@@ -464,6 +471,7 @@ fn scenarios() {
 }
 
 /// Waveforms of Verilator, which knows no x. A bench in C++ changes data before the clock of the same time, or with it.
+#[needs(verilator, yosys)]
 #[test]
 fn verilator_is_replayed() {
     let folder = folder("stimulus_verilator");

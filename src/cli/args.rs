@@ -387,6 +387,8 @@ pub enum DontCare {
 Examples:
   discreta diff line.vcd traces/evaluation/line_5_3.vcd
   discreta diff mine.vcd icarus.fst --ignore-end --ignore-x b
+  discreta diff line.vcd line_tb.vcd --scope testbench
+        with what a test bench around the circuit recorded
 
 Signals are matched by their full names, and compared by the value that each has at the end of a tick.
 Exit status: 0 the same; 1 different; 2 a file cannot be read, or usage.")]
@@ -398,6 +400,10 @@ pub struct DiffArgs {
     /// The second waveform
     #[arg(value_name = "B", value_hint = ValueHint::FilePath)]
     pub b: PathBuf,
+
+    /// Compare what is below this scope in the waveform that has it, as where the other's hierarchy begins
+    #[arg(long, value_name = "PATH")]
+    pub scope: Option<String>,
 
     /// Let x in one of the two agree with anything; otherwise x agrees only with x
     #[arg(long, value_name = "SIDE")]
@@ -502,30 +508,33 @@ pub struct ExportArgs {
     #[command(flatten)]
     pub elaboration: ElaborationArgs,
 
-    /// In the test bench, hold an input at a value from the start; may be given several times
-    #[arg(short, long = "set", value_name = "NET=VALUE", value_parser = assignment, requires = "testbench")]
+    /// Hold an input at a value from the start; may be given several times
+    #[arg(short, long = "set", value_name = "NET=VALUE", value_parser = assignment, requires = "testbench", help_heading = BENCH)]
     pub set: Vec<Assignment>,
 
-    /// In the test bench, drive an input by a clock, as in clk=10ns; may be given several times
-    #[arg(long, value_name = "NET=PERIOD", value_parser = clock, requires = "testbench")]
+    /// Drive an input by a clock, as in clk=10ns or clk=20ns,high=5ns,phase=0; may be given several times
+    #[arg(long, value_name = "NET=PERIOD", value_parser = clock, requires = "testbench", help_heading = BENCH)]
     pub clock: Vec<ClockOption>,
 
-    /// End the test bench after this many periods of the first clock
-    #[arg(long, value_name = "N", conflicts_with = "time", requires = "testbench")]
+    /// Stop after this many periods of the first clock
+    #[arg(long, value_name = "N", conflicts_with = "time", requires = "testbench", help_heading = BENCH)]
     pub cycles: Option<u64>,
 
-    /// End the test bench at this time: ticks, or with a unit as in 5us
-    #[arg(long, value_name = "TIME", requires = "testbench")]
+    /// Stop at this time: ticks, or with a unit as in 5us
+    #[arg(long, value_name = "TIME", requires = "testbench", help_heading = BENCH)]
     pub time: Option<String>,
 
-    /// End the test bench when a net has a value; without one, when it is 1
-    #[arg(long, value_name = "NET[=VALUE]", value_parser = condition, requires = "testbench")]
+    /// Stop when a net has a value; without one, when it is 1
+    #[arg(long, value_name = "NET[=VALUE]", value_parser = condition, requires = "testbench", help_heading = BENCH)]
     pub until: Option<Condition>,
 
-    /// Dump only nets that match, e.g. 'adder.*' or '**.q'; may be given several times
-    #[arg(long, value_name = "GLOB", requires = "testbench")]
+    /// Record only nets that match, e.g. 'adder.*' or '**.q'; may be given several times
+    #[arg(long, value_name = "GLOB", requires = "testbench", help_heading = BENCH)]
     pub trace: Vec<String>,
 }
+
+/// The heading of the options that are those of `run`.
+const BENCH: &str = "Scenario of the test bench";
 
 /// What a schema is of.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]

@@ -37,11 +37,13 @@ pub struct Options {
     pub max_signals: usize,
     /// How many times before and after the first difference are reported.
     pub context: usize,
+    /// Of a waveform that has this scope, what is below it is compared, by its name from there on.
+    pub scope: Option<String>,
 }
 
 impl Default for Options {
     fn default() -> Options {
-        Options { x_as_dont_care: None, ignore_end: false, max_signals: 20, context: 5 }
+        Options { x_as_dont_care: None, ignore_end: false, max_signals: 20, context: 5, scope: None }
     }
 }
 
@@ -280,16 +282,17 @@ struct Matched(BTreeMap<(SignalRef, SignalRef), (ValueKind, Vec<usize>)>);
 
 impl Matched {
     fn by_name(&mut self, a: &Waves, b: &Waves, options: &Options, result: &mut Difference) {
-        for (i, var) in a.vars().iter().enumerate() {
-            match b.find(&var.name) {
-                Some(other) => self.pair(a, i, b, other, options, result),
-                None => result.only_a.push(options.max_signals, || var.name.clone()),
+        let (list_a, list_b) = (below(a, options), below(b, options));
+        let index = |list: &[(usize, &str)]| list.iter().rev().map(|&(i, name)| (name.to_owned(), i)).collect();
+        let (all_a, all_b): (HashMap<String, usize>, HashMap<String, usize>) = (index(&list_a), index(&list_b));
+        for &(i, name) in &list_a {
+            match all_b.get(name) {
+                Some(&other) => self.pair(a, i, b, other, options, result),
+                None => result.only_a.push(options.max_signals, || a.vars()[i].name.clone()),
             }
         }
-        for var in b.vars() {
-            if a.find(&var.name).is_none() {
-                result.only_b.push(options.max_signals, || var.name.clone());
-            }
+        for &(i, _) in list_b.iter().filter(|(_, name)| !all_a.contains_key(*name)) {
+            result.only_b.push(options.max_signals, || b.vars()[i].name.clone());
         }
     }
 
@@ -310,6 +313,26 @@ impl Matched {
     fn list(self) -> Vec<(Pair, Vec<usize>)> {
         self.0.into_iter().map(|((a, b), (kind, vars))| ((a, b, kind), vars)).collect()
     }
+}
+
+/// Whether a waveform has something below a scope.
+#[must_use]
+pub fn has_scope(waves: &Waves, scope: &str) -> bool {
+    waves.vars().iter().any(|var| from_scope(&var.name, scope).is_some())
+}
+
+fn from_scope<'n>(name: &'n str, scope: &str) -> Option<&'n str> {
+    name.strip_prefix(scope)?.strip_prefix('.')
+}
+
+/// The variables that are compared, by their names from the scope on.
+fn below<'w>(waves: &'w Waves, options: &Options) -> Vec<(usize, &'w str)> {
+    let scope = options.scope.as_deref().filter(|scope| has_scope(waves, scope));
+    let name = |name: &'w str| match scope {
+        Some(scope) => from_scope(name, scope),
+        None => Some(name),
+    };
+    waves.vars().iter().enumerate().filter_map(|(i, var)| Some((i, name(&var.name)?))).collect()
 }
 
 #[derive(Clone, Copy)]

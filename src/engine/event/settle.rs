@@ -120,7 +120,7 @@ impl State {
             }
             let same = slots.iter().zip(&old).all(|(&slot, w)| self.slots[slot as usize] == *w);
             if same {
-                // the same because it has just come to rest, or because it has come round
+                // the last step before it has settled changes nothing either, and leaves nothing to do
                 if !self.step(p, group) {
                     return Ok(());
                 }

@@ -254,6 +254,23 @@ fn of_two_endless_loops_the_same_is_reported_in_any_order() {
     assert_eq!(report(["b", "a"]), ["a"]);
 }
 
+/// A loop of `n` buffers that holds a 1 needs one step for each, and a last one that finds nothing to change.
+#[test]
+fn feedback_may_take_any_number_of_steps() {
+    for n in (50..80).chain(120..140) {
+        let mut b = Builder::new("top");
+        let (set, q) = (b.input("set", 1), b.output("q", 1));
+        let or = b.gate("or1", GateOp::Or, &[&set, &q]);
+        let held = (0..n).fold(or, |from, i| b.gate(&format!("buf{i}"), GateOp::Buf, &[&from]));
+        let top = b.top();
+        b.cell(top, "last", CellKind::Gate { op: GateOp::Buf, width: 1, inputs: 1 }, vec![held], vec![q]);
+        let mut t = Bench::new(b);
+        t.set("set", "1");
+        assert!(t.engine.settle().is_ok(), "{n} buffers");
+        assert_eq!(t.get("q"), "1", "{n} buffers");
+    }
+}
+
 #[test]
 fn a_clock_that_drives_itself_is_an_error() {
     // p toggles when n rises, m when n falls, and n = p ^ m ^ kick changes with each

@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 use super::Refused;
 use super::design::{Written, bench_timescale, written};
 use super::names::{Taken, identifier};
-use super::storage::is_clock;
+use super::storage::clocks;
 use super::text::{literal, range};
 use crate::cell::CellKind;
 use crate::netlist::{Direction, NetId, Netlist, ScopeId, SignalId};
@@ -55,6 +55,7 @@ impl Bench<'_> {
         let _ = writeln!(text, "`timescale {0} / {0}", bench_timescale(netlist));
         let _ = writeln!(text, "\nmodule {bench};");
         // inputs are variables that begin as clocks do, or unknown
+        let clocking = clocks(netlist);
         let clock_of = |net: NetId| scenario.clocks.iter().find(|c| c.net == net);
         let mut connections = Vec::new();
         let port_names: Vec<String> = {
@@ -79,7 +80,7 @@ impl Bench<'_> {
                 }
                 (Some(net), _) => {
                     // that a clock begins is no edge of it, but a change of anything else
-                    let clock = clock_of(net).filter(|_| is_clock(netlist, net));
+                    let clock = clock_of(net).filter(|_| clocking.contains(&net));
                     let first = clock.map(|c| format!(" = 1'b{}", u8::from(c.clock.phase == 0)));
                     let _ = writeln!(text, "    reg  {width}{name}{};", first.unwrap_or_default());
                     names.insert(net, name.clone());
@@ -93,7 +94,7 @@ impl Bench<'_> {
         for clock in &scenario.clocks {
             let (name, c) = (&names[&clock.net], clock.clock);
             let _ = write!(text, "\n    initial begin\n");
-            if !is_clock(netlist, clock.net) {
+            if !clocking.contains(&clock.net) {
                 let _ = writeln!(text, "        #0 {name} = 1'b{};", u8::from(c.phase == 0));
             }
             let _ = write!(text, "        #{};\n        forever begin\n", c.phase);

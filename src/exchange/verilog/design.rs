@@ -1,26 +1,22 @@
 //! Modules: ports, wires, what is one wire by two names, cells, instances, blocks.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fmt::Write as _;
 
 use super::names::{Taken, identifier};
 use super::text::{literal, range};
-use super::{Refused, cells, storage};
+use super::{Refused, cells, memory, storage};
 use crate::cell::CellKind;
 use crate::netlist::graph::Graph;
 use crate::netlist::hierarchy::circles::{circular, shows};
 use crate::netlist::hierarchy::{Cell, Hierarchy, Module, Piece};
-use crate::netlist::{Direction, Netlist};
+use crate::netlist::{Direction, NetId, Netlist};
 
 /// A netlist as Verilog.
 ///
 /// # Errors
-/// What it cannot say: memories.
+/// What it cannot say: nothing so far.
 pub fn design(netlist: &Netlist) -> Result<String, Refused> {
-    if let Some(id) = netlist.cell_ids().find(|&id| matches!(netlist.cell(id).kind, CellKind::Memory(_))) {
-        let path = netlist.cell_path(id);
-        return Err(Refused(format!("`{path}` is a memory, which cannot be written as Verilog")));
-    }
     Ok(written(netlist).text)
 }
 
@@ -44,12 +40,14 @@ pub(super) fn written(netlist: &Netlist) -> Written {
     let hierarchy = Hierarchy::of(netlist);
     let mut used = BTreeSet::new();
     let mut names = Taken::default();
-    let modules: Vec<String> = hierarchy.modules().iter().map(|m| names.fresh(&[0], &m.name)).collect();
+    let modules: Vec<String> =
+        hierarchy.modules().iter().map(|m| names.fresh(&[0], &super::names::readable(&m.name))).collect();
     let feedback = feedback(netlist, &hierarchy);
+    let clocks = storage::clocks(netlist);
     let mut identifiers = Vec::new();
     let bodies: Vec<String> = (0..modules.len())
         .map(|m| {
-            let mut writer = Writer::new(netlist, &hierarchy, &modules, m);
+            let mut writer = Writer::new(netlist, &hierarchy, &modules, &clocks, m);
             writer.circular = feedback[m].clone();
             writer.module();
             used.append(&mut writer.support);
@@ -128,6 +126,8 @@ pub(super) struct Writer<'h> {
     pub netlist: &'h Netlist,
     hierarchy: &'h Hierarchy,
     modules: &'h [String],
+    /// The nets that are clocks.
+    pub clocks: &'h HashSet<NetId>,
     module: &'h Module,
     number: usize,
     names: Taken,
@@ -153,12 +153,19 @@ pub(super) struct Writer<'h> {
 }
 
 impl<'h> Writer<'h> {
-    fn new(netlist: &'h Netlist, hierarchy: &'h Hierarchy, modules: &'h [String], number: usize) -> Writer<'h> {
+    fn new(
+        netlist: &'h Netlist,
+        hierarchy: &'h Hierarchy,
+        modules: &'h [String],
+        clocks: &'h HashSet<NetId>,
+        number: usize,
+    ) -> Writer<'h> {
         let module = &hierarchy.modules()[number];
         let mut writer = Writer {
             netlist,
             hierarchy,
             modules,
+            clocks,
             module,
             number,
             names: Taken::default(),
@@ -202,7 +209,10 @@ impl<'h> Writer<'h> {
             }
         };
         for cell in &module.cells {
-            cell.inputs.iter().for_each(|p| each(p, false));
+            match &self.netlist.cell(cell.id).kind {
+                CellKind::Memory(m) => memory::reads(cell, m).iter().for_each(|p| each(p, false)),
+                _ => cell.inputs.iter().for_each(|p| each(p, false)),
+            }
             cell.outputs.iter().for_each(|p| each(p, true));
         }
         for instance in &module.instances {
@@ -327,14 +337,24 @@ impl<'h> Writer<'h> {
         }
     }
 
+    /// The name of the wire that pieces are the whole of.
+    pub fn whole_wire(&self, pieces: &[Piece]) -> Option<String> {
+        match pieces {
+            [Piece::Wire { wire, lo: 0, width }] if self.module.wires[*wire].width == *width => {
+                Some(self.select(*wire, 0, *width))
+            }
+            _ => None,
+        }
+    }
+
     /// Whether nothing needs an output pin.
     pub fn is_open(cell: &Cell, pin: usize) -> bool {
         cell.outputs[pin].iter().all(|p| matches!(p, Piece::Open(_)))
     }
 
-    /// Whether a storage cell's state is a wire's.
-    pub fn state_wire(&self, cell: &Cell) -> Option<String> {
-        self.own_wire(&cell.outputs[0]).map(|w| self.wires[w].clone())
+    /// The wire that an output of a storage cell is, if it is one.
+    pub fn state_wire(&self, pieces: &[Piece]) -> Option<String> {
+        self.own_wire(pieces).map(|w| self.wires[w].clone())
     }
 
     /// What an expression for an output pin is assigned to; where some of its bits are open, a wire of its own.
@@ -359,9 +379,14 @@ impl<'h> Writer<'h> {
 
     /// Takes an output pin's bits from a vector that holds them.
     pub fn connect(&mut self, cell: &Cell, pin: usize, all: &str) {
-        let width = self.netlist.cell(cell.id).kind.output_width(pin);
+        self.connect_to(&cell.outputs[pin], all);
+    }
+
+    /// Takes bits from a vector that holds them.
+    pub fn connect_to(&mut self, pieces: &[Piece], all: &str) {
+        let width = super::text::width(pieces);
         let mut at = 0;
-        for piece in &cell.outputs[pin] {
+        for piece in pieces {
             if let Piece::Wire { wire, lo, width: own } = piece {
                 let to = self.select(*wire, *lo, *own);
                 let from = match *own {
@@ -425,10 +450,10 @@ impl<'h> Writer<'h> {
         let mut variables = vec![false; self.module.wires.len()];
         for cell in &self.module.cells {
             let kind = &self.netlist.cell(cell.id).kind;
-            if storage::is_variable(self, cell, kind)
-                && let Some(wire) = self.own_wire(&cell.outputs[0])
-            {
-                variables[wire] = true;
+            for state in storage::variables(cell, kind) {
+                if let Some(wire) = self.own_wire(&state) {
+                    variables[wire] = true;
+                }
             }
         }
         variables

@@ -6,6 +6,7 @@
 mod bench;
 mod cells;
 mod design;
+mod memory;
 mod names;
 mod storage;
 mod text;

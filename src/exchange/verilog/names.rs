@@ -34,6 +34,33 @@ pub(super) fn identifier(name: &str) -> String {
     format!("\\{} ", if name.is_empty() { "_" } else { &name })
 }
 
+/// The name of a module that Yosys made of one with parameters, as this simulator names such: the module, then each
+/// parameter and its value (`$paramod\fifo\W=s32'…1000` is `fifo_W8`). Others stay.
+pub(super) fn readable(name: &str) -> String {
+    let Some(rest) = name.strip_prefix("$paramod") else { return name.to_owned() };
+    // of long lists of parameters there is a hash
+    let (hash, rest) = match rest.strip_prefix('$').and_then(|rest| rest.split_once('\\')) {
+        Some((hash, rest)) => (Some(hash), rest),
+        None => (None, rest.trim_start_matches('\\')),
+    };
+    let mut parts = rest.split('\\');
+    let mut text = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let Some((parameter, value)) = part.split_once('=') else { return name.to_owned() };
+        let digits = value.rsplit('\'').next().unwrap_or_default();
+        let signed = value.starts_with('s');
+        let value = match u128::from_str_radix(digits, 2) {
+            // a negative number
+            Ok(n) if signed && digits.len() == 32 && n >> 31 == 1 => format!("m{}", (1u128 << 32) - n),
+            Ok(n) if digits.len() <= 32 => n.to_string(),
+            Ok(n) => format!("{n:x}"),
+            Err(_) => digits.chars().filter(char::is_ascii_alphanumeric).take(16).collect(),
+        };
+        text += &format!("_{parameter}{value}");
+    }
+    text + &hash.map(|h| format!("_{}", &h[..h.len().min(8)])).unwrap_or_default()
+}
+
 /// The names that are taken in one module.
 #[derive(Default)]
 pub(super) struct Taken(HashSet<(usize, String)>);
@@ -49,5 +76,24 @@ impl Taken {
         };
         self.0.insert((blocks[0], name.clone()));
         name
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modules_of_yosys_with_parameters() {
+        let eight = "s32'00000000000000000000000000001000";
+        for (name, expected) in [
+            ("fifo", "fifo"),
+            (&*format!("$paramod\\fifo\\W={eight}"), "fifo_W8"),
+            (&format!("$paramod\\fifo\\W={eight}\\CODE=2'10"), "fifo_W8_CODE2"),
+            ("$paramod\\at\\FIRST=s32'11111111111111111111111111111101", "at_FIRSTm3"),
+            ("$paramod$0123456789abcdef\\ram", "ram_01234567"),
+        ] {
+            assert_eq!(readable(name), expected);
+        }
     }
 }

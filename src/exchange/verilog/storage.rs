@@ -1,6 +1,9 @@
 //! Storage, and what acts by time.
 
+use std::collections::HashSet;
+
 use super::design::Writer;
+use super::memory;
 use super::text::{literal, range, repeat, zeros};
 use crate::cell::{CellKind, Counter, Edge, Flop};
 use crate::netlist::hierarchy::{Cell, Piece};
@@ -84,9 +87,13 @@ fn form(cell: &Cell, kind: &CellKind) -> Form {
     }
 }
 
-/// Whether the state of a cell is a variable that an `always` block of the module sets.
-pub(super) fn is_variable(_: &Writer<'_>, cell: &Cell, kind: &CellKind) -> bool {
-    form(cell, kind) == Form::Always && kind.init().is_some()
+/// The outputs of a cell that are variables, which an `always` block of the module sets.
+pub(super) fn variables(cell: &Cell, kind: &CellKind) -> Vec<Vec<Piece>> {
+    match kind {
+        CellKind::Memory(m) => memory::variables(cell, m),
+        _ if form(cell, kind) == Form::Always && kind.init().is_some() => vec![cell.outputs[0].clone()],
+        _ => vec![],
+    }
 }
 
 /// Writes a cell with state.
@@ -97,7 +104,7 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
         (CellKind::Clock(c), _) => {
             let own = [("PERIOD", c.period), ("HIGH", c.high), ("PHASE", c.phase)];
             let mut own = own.map(|(n, v)| (n.to_owned(), format!("64'd{v}"))).to_vec();
-            if !is_clock(w.netlist, w.netlist.output(cell.id, 0)) {
+            if !w.clocks.contains(&w.netlist.output(cell.id, 0)) {
                 own.push(("LEVEL".to_owned(), "1".to_owned()));
             }
             module(w, cell, "discreta_clock", &own, &[]);
@@ -147,14 +154,15 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
             let q = literal(&value);
             second(w, cell, kind, &q);
         }
+        (CellKind::Memory(m), _) => memory::write(w, cell, m),
         (_, Form::Module) => {}
         (_, Form::Always) => always(w, cell, kind, &name),
     }
 }
 
-/// Whether a net is some cell's clock.
-pub(super) fn is_clock(netlist: &Netlist, net: NetId) -> bool {
-    netlist.cell_ids().any(|c| netlist.clock_sources(c).any(|(bit, ..)| bit.net == net))
+/// The nets that are some cell's clock.
+pub(super) fn clocks(netlist: &Netlist) -> HashSet<NetId> {
+    netlist.cell_ids().flat_map(|c| netlist.clock_sources(c).map(|(bit, ..)| bit.net)).collect()
 }
 
 fn zero(width: u32, q: &str) -> String {
@@ -258,7 +266,7 @@ type Rules = Vec<(Option<String>, String)>;
 /// An `always` block, or two.
 fn always(w: &mut Writer<'_>, cell: &Cell, kind: &CellKind, name: &str) {
     let width = kind.output_width(0);
-    let own = w.state_wire(cell);
+    let own = w.state_wire(&cell.outputs[0]);
     let q = match &own {
         Some(wire) => wire.clone(),
         None => {

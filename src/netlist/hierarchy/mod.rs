@@ -176,7 +176,7 @@ impl Hierarchy {
     /// use discreta::netlist::Hierarchy;
     /// let circuit = discreta::circuit::load("circuits/evaluation/line_gates.json")?;
     /// let hierarchy = Hierarchy::of(&circuit.netlist);
-    /// let full_adders = hierarchy.modules().iter().filter(|m| m.origin == "full_adder");
+    /// let full_adders = hierarchy.modules().iter().filter(|m| m.origin == "full_adder_gates");
     /// assert_eq!(full_adders.count(), 1);
     /// # Ok::<(), discreta::circuit::LoadError>(())
     /// ```
