@@ -1,6 +1,8 @@
 //! From chunks to machine code, through Cranelift. A chunk becomes a function of one straight line that is given where
 //! the memory begins.
 
+use std::sync::OnceLock;
+
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::{AbiParam, InstBuilder, MemFlags, Signature, Value, types};
 use cranelift_codegen::settings::{self, Configurable};
@@ -47,13 +49,36 @@ fn module() -> Result<JITModule, String> {
     Ok(JITModule::new(JITBuilder::with_isa(isa, default_libcall_names())))
 }
 
+/// Whether code can be made on this machine at all, found out once: systems may forbid memory that is executed.
+pub(super) fn available() -> Result<(), String> {
+    static AVAILABLE: OnceLock<Result<(), String>> = OnceLock::new();
+    let attempt = || {
+        let mut module = module()?;
+        if module.target_config().pointer_type() != types::I64 {
+            return Err("the machine does not have 64-bit addresses".into());
+        }
+        let mut context = module.make_context();
+        context.func.signature = Signature::new(module.target_config().default_call_conv);
+        let mut builders = FunctionBuilderContext::new();
+        let mut builder = FunctionBuilder::new(&mut context.func, &mut builders);
+        let block = builder.create_block();
+        builder.switch_to_block(block);
+        builder.seal_block(block);
+        builder.ins().return_(&[]);
+        builder.finalize();
+        let signature = context.func.signature.clone();
+        let id = module.declare_function("nothing", Linkage::Local, &signature).map_err(|e| e.to_string())?;
+        module.define_function(id, &mut context).map_err(|e| format!("{e:?}"))?;
+        module.finalize_definitions().map_err(|e| e.to_string())?;
+        Ok(drop(Machine::new(module, Vec::new())))
+    };
+    AVAILABLE.get_or_init(attempt).clone().map_err(|why| format!("machine code cannot be made here: {why}"))
+}
+
 /// Compiles the chunks of a plan.
 pub(super) fn compile(graph: &Graph, plan: &Plan, shared: Shared) -> Result<Machine, String> {
     let mut module = module()?;
     let pointer = module.target_config().pointer_type();
-    if pointer != types::I64 {
-        return Err("the machine does not have 64-bit addresses".into());
-    }
     let mut signature = Signature::new(module.target_config().default_call_conv);
     signature.params.push(AbiParam::new(pointer));
     let mut context = module.make_context();

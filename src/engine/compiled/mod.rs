@@ -131,6 +131,9 @@ struct Source {
     next: u64,
 }
 
+/// The largest netlist that is compiled, in words of its nets: places are counted in 32 bits.
+const MOST_WORDS: usize = 1 << 22;
+
 impl<'n> CompiledEngine<'n> {
     /// Whether the engine can run a netlist, and if not, why.
     ///
@@ -147,7 +150,10 @@ impl<'n> CompiledEngine<'n> {
                 return Err(format!("it has {what} (`{}`)", netlist.cell_path(id)));
             }
         }
-        Ok(())
+        if netlist.nets().iter().map(|net| words(net.width)).sum::<usize>() > MOST_WORDS {
+            return Err(format!("its nets have more than {MOST_WORDS} words of 64 bits"));
+        }
+        codegen::available()
     }
 
     /// An engine at tick 0, with nothing settled yet. Code is made at the first wave, when it is known what is observed.
