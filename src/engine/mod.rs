@@ -3,6 +3,7 @@
 //! Every engine keeps the meaning that `docs/meaning.md` fixes, bit for bit; [`EventEngine`] is the reference. This room
 //! reads netlists and knows neither files nor waveforms.
 
+pub mod batch;
 mod event;
 
 use std::fmt;
