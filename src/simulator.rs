@@ -239,6 +239,8 @@ impl<'n> Simulator<'n> {
 /// Reads the bits of a signal into words.
 pub(crate) fn read_bits(engine: &dyn Engine, bits: &[Slice], to: &mut [Word]) {
     let mut at = 0;
+    // what is above the signal's width counts where words are compared
+    to.fill(Word::ZERO);
     for s in bits {
         let from = engine.read(s.net);
         if let ([only], true) = (bits, s.lo == 0) {

@@ -151,6 +151,29 @@ fn a_waveform_goes_to_a_file_or_has_standard_output_to_itself() {
     assert_eq!(run(&twice).1, written);
 }
 
+/// The same waveform in both formats at once; what reads FST is a crate of its own.
+#[test]
+fn a_waveform_is_fst_if_its_name_says_so() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name).display().to_string();
+    let (vcd, fst) = (at("a.vcd"), at("a.fst"));
+    for circuit in [LINE, "circuits/evaluation/line_gates.json", "circuits/feed/system.json"] {
+        assert_eq!(run(&["run", circuit, "-o", &vcd, "-o", &fst]).0, 0);
+        assert!(std::fs::metadata(&fst).unwrap().len() < std::fs::metadata(&vcd).unwrap().len());
+        let (status, stdout, stderr) = run(&["diff", &vcd, &fst]);
+        assert_eq!((status, stderr.as_str()), (0, ""));
+        assert!(stdout.starts_with("The same: ") && !stdout.contains(" 0 signals"), "{stdout}");
+    }
+    #[cfg(unix)]
+    {
+        let device = at("device.fst");
+        std::os::unix::fs::symlink("/dev/stdout", &device).unwrap();
+        let (status, _, stderr) = run(&["run", LINE, "-o", &device]);
+        assert_eq!(status, 2);
+        assert!(stderr.contains("FST can only go to a file; write VCD here"), "{stderr}");
+    }
+}
+
 #[test]
 fn only_what_is_asked_for_is_recorded() {
     let (status, stdout, stderr) = run(&["run", LINE, "--trace", "k*", "--trace", "adder.*", "-o", "-"]);
@@ -174,7 +197,7 @@ fn a_place_that_cannot_be_written_is_found_and_named() {
         &["cannot write `", "no such file", "help: make the directory first"],
     );
     refused(&["run", LINE, "-o", &at("")], &["is a directory", "name a file in it"]);
-    refused(&["run", LINE, "-o", &at("a.fst")], &["written as VCD, not as fst", "end the name in .vcd"]);
+    refused(&["run", LINE, "-o", &at("a.ghw")], &["written as VCD or FST, not as ghw", "end the name in .vcd or .fst"]);
     refused(&["run", LINE, "-o", ""], &["a value is required"]);
     refused(&["run", LINE, "-o", LINE], &["it is the circuit itself"]);
     std::fs::write(dir.path().join("circuit"), LONG).unwrap();

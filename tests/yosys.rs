@@ -1,5 +1,5 @@
-//! Netlists of Yosys as the command line takes them: names, hierarchy, levels of synthesis, messages, assertions. The
-//! designs are Verilog below `tests/verilog`, taken through Yosys and compared with Icarus Verilog on the same source.
+//! Netlists of Yosys as the command line takes them: names, hierarchy, messages, assertions. `tests/designs` compares whole
+//! designs with Icarus Verilog.
 
 mod support;
 
@@ -30,79 +30,6 @@ fn write(folder: &Path, name: &str, file: &Json) -> PathBuf {
     let path = folder.join(name);
     std::fs::write(&path, serde_json::to_string_pretty(file).unwrap()).unwrap();
     path
-}
-
-const NAMES_STIMULUS: &[(u64, &str, &str)] = &[
-    (12, "rst_n", "1'd1"),
-    (22, "sel", "2'd1"),
-    (32, "in.data", "8'h5a"),
-    (42, "sel", "2'd2"),
-    (62, "in.data", "8'hx7"),
-    (82, "sel", "2'd3"),
-    (102, "sel", "2'd2"),
-    (122, "in.data", "8'h11"),
-    (142, "sel", "2'bx0"),
-    (162, "sel", "2'd1"),
-    (177, "rst_n", "1'd0"),
-];
-
-/// The waveform that Icarus gives for `names.v`, without the scope of the bench.
-fn names_of_icarus(folder: &Path) -> PathBuf {
-    let mut changes = String::new();
-    let mut now = 0;
-    for (time, net, value) in NAMES_STIMULUS {
-        changes += &format!("    #{} {} = {value};\n", time - now, if *net == "in.data" { "data" } else { net });
-        now = *time;
-    }
-    let bench = format!(
-        "`timescale 1ns/1ns\nmodule bench;\n  reg clk = 0, rst_n; reg [7:0] data = 8'h93; reg [1:0] sel = 0;\n  \
-         wire [7:0] out, held; wire [3:0] bus;\n  names names (clk, rst_n, data, sel, out, held, bus);\n  always #5 clk = ~clk;\n  \
-         initial begin\n    $dumpfile(\"icarus.vcd\"); $dumpvars(0, names); rst_n = 0;\n{changes}    #{} $finish;\n  end\nendmodule\n",
-        200 - now
-    );
-    std::fs::write(folder.join("bench.v"), bench).unwrap();
-    let design = repository("tests/verilog/names.v");
-    tool(folder, "iverilog", &["-g2012", "-o", "bench.vvp", "bench.v", design.to_str().unwrap()]);
-    tool(folder, "vvp", &["-n", "bench.vvp"]);
-    let waves = std::fs::read_to_string(folder.join("icarus.vcd")).unwrap();
-    let waves = waves.replacen("$scope module bench $end\n", "", 1);
-    // the last of them closes the scope that is gone
-    let (before, after) = waves.rsplit_once("$upscope $end\n").unwrap();
-    std::fs::write(folder.join("icarus.vcd"), format!("{before}{after}")).unwrap();
-    folder.join("icarus.vcd")
-}
-
-/// Every named net has Icarus' value at every time, at each level at which Yosys can write the design; names with dots,
-/// `=` and backslashes and the hierarchy, flattened or not, are those of the source.
-#[test]
-fn a_design_at_every_level_is_what_icarus_runs() {
-    let folder = folder("yosys_levels");
-    let icarus = names_of_icarus(&folder);
-    let design = repository("tests/verilog/names.v");
-    // without `tribuf` Yosys makes gates of drivers that are z now and then
-    let gates = "hierarchy -top names; proc; tribuf; synth";
-    for (name, passes, dont_care) in [
-        ("prep", "prep -top names", &[][..]),
-        ("flat", "prep -flatten -top names", &[]),
-        // gates may know more where words are x
-        ("gates", &format!("{gates} -top names"), &["--ignore-x", "b"]),
-        ("flat_gates", &format!("{gates} -flatten -top names"), &["--ignore-x", "b"]),
-    ] {
-        let script = format!("read_verilog {}; {passes}; write_json {name}.json", design.display());
-        tool(&folder, "yosys", &["-q", "-p", &script]);
-        let stimulus: Vec<Json> =
-            NAMES_STIMULUS.iter().map(|(at, net, value)| json!({ "at": at, "set": { (*net): value } })).collect();
-        let scenario = json!({ "circuit": format!("{name}.json"), "simulation": {
-            "clocks": { "clk": { "period": "10ns" } },
-            "inputs": { "rst_n": 0, "in.data": "8'h93", "sel": 0 },
-            "stimulus": stimulus, "limit": { "time": "200ns" } } });
-        write(&folder, &format!("{name}.scenario.json"), &scenario);
-        let ran = discreta(&folder, &["run", &format!("{name}.scenario.json"), "-o", &format!("{name}.vcd")]);
-        assert!(ran.status.success(), "{name}: {}", text(&ran.stderr));
-        let differs =
-            discreta(&folder, &[&["diff", &format!("{name}.vcd"), icarus.to_str().unwrap()][..], dont_care].concat());
-        assert!(differs.status.success(), "{name}:\n{}", text(&differs.stdout));
-    }
 }
 
 /// `-s`, `--until` and `--trace` reach names with dots and `=`.
@@ -211,6 +138,43 @@ fn prints_and_checks_speak_with_time_and_source() {
     let checked = discreta(&folder, &["check", "p.json"]);
     assert!(text(&checked.stderr).starts_with("warning[ignored-cell]: 1 `$scopeinfo` cell is left out"));
     assert_eq!(checked.status.code(), Some(0));
+}
+
+/// `.port()` of an instance: an output that nothing takes, an input that nothing drives.
+#[test]
+fn ports_that_are_connected_to_nothing() {
+    let folder = folder("yosys_open_ports");
+    let verilog = "module inner(input [1:0] i, output [3:0] o, output n);\n\
+        assign o = 4'd9; assign n = ~i[0];\nendmodule\n\
+        module top(input clk, output n);\n  inner u (.i(), .o(), .n(n));\nendmodule\n";
+    std::fs::write(folder.join("open.v"), verilog).unwrap();
+    tool(&folder, "yosys", &["-q", "-p", "read_verilog open.v; prep -top top; write_json open.json"]);
+    let circuit = discreta::circuit::load(folder.join("open.json")).unwrap();
+    let mut sim = discreta::Simulator::new(&circuit.netlist);
+    sim.settle().unwrap();
+    let [i, o, n] = ["u.i", "u.o", "n"].map(|n| sim.probe(n).unwrap());
+    assert_eq!([&i, &o, &n].map(|p| sim.value(p).bit_string()), ["zz", "1001", "x"]);
+}
+
+/// Without `-top` Yosys leaves the modules that it gave parameters beside those that it made of them.
+#[test]
+fn the_top_is_found_beside_originals_of_parametrised_modules() {
+    let folder = folder("yosys_originals");
+    let verilog = "module word #(parameter W = 1, parameter TEXT = \"\") (input [W-1:0] a, output [W-1:0] y);\n\
+        assign y = ~a;\nendmodule\n\
+        module pair #(parameter W = 1) (input [W-1:0] a, output [W-1:0] y);\n\
+        word #(.W(W), .TEXT(\"a text that is too long for a name, or so it seems to be to most of us, and longer\")) \
+        w (a, y);\nendmodule\n\
+        module whole (input [2:0] a, output [2:0] y);\n  pair #(.W(3)) p (.a(a), .y(y));\nendmodule\n";
+    std::fs::write(folder.join("o.v"), verilog).unwrap();
+    tool(&folder, "yosys", &["-q", "-p", "read_verilog o.v; prep; write_json o.json"]);
+    let netlist = std::fs::read_to_string(folder.join("o.json")).unwrap();
+    // both forms of names that Yosys makes, and what it made them of
+    for name in ["\"$paramod\\\\pair\\\\W=", "\"$paramod$", "\"pair\"", "\"word\""] {
+        assert!(netlist.contains(name), "{name}");
+    }
+    let circuit = discreta::circuit::load(folder.join("o.json")).unwrap();
+    assert!(discreta::Simulator::new(&circuit.netlist).probe("p.w.y").is_ok());
 }
 
 /// What `read_verilog -formal` makes of assertions.

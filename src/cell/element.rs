@@ -248,6 +248,7 @@ impl CellKind {
             CellKind::Carry { .. } => "carry",
             CellKind::Alu(_) => "alu",
             CellKind::EdgeFlop(_) => "edge_dff",
+            CellKind::Memory(_) => "memory",
             CellKind::Tristate { .. } => "tristate",
             CellKind::Resolve { .. } => "resolve",
             CellKind::Sr { .. } => "sr",

@@ -7,6 +7,7 @@
 //! | `and_or` of n inputs | n AND gates of two inputs and one OR gate of n, a bit |
 //! | `is_zero` of n bits | one NOR gate of n inputs |
 //! | flip-flops, registers, counters, accumulators | one flip-flop a bit |
+//! | memories | themselves, with the bits of their words; what their read ports keep is part of them |
 //! | adders, comparators, multiplexers, … | themselves, with their bits; they are not broken up into gates |
 //! | constants, and what joins the drivers of a bus | nothing |
 
@@ -56,6 +57,8 @@ pub struct Equipment {
     pub latches: u64,
     /// SR flip-flops (the element; those made of gates are gates here).
     pub sr_flip_flops: u64,
+    /// Memories; the bits are those of all words.
+    pub memories: Parts,
     /// Half adders.
     pub half_adders: u64,
     /// Full adders.
@@ -93,6 +96,7 @@ impl AddAssign for Equipment {
         self.flip_flops += o.flip_flops;
         self.latches += o.latches;
         self.sr_flip_flops += o.sr_flip_flops;
+        self.memories += o.memories;
         self.half_adders += o.half_adders;
         self.full_adders += o.full_adders;
         self.adders += o.adders;
@@ -128,6 +132,8 @@ pub enum Flow {
     Bitwise,
     /// Every bit with every bit.
     Whole,
+    /// Every bit of a port with every bit of its own, for the ports of a memory that read without a clock.
+    Port,
 }
 
 impl CellKind {
@@ -175,6 +181,9 @@ impl CellKind {
             CellKind::Sr { .. } => Equipment { sr_flip_flops: bits, ..none },
             CellKind::Latch(_) => Equipment { latches: bits, ..none },
             CellKind::Flop(_) => Equipment { flip_flops: bits, ..none },
+            CellKind::Memory(ref m) => {
+                Equipment { memories: Parts { number: 1, bits: u64::from(m.width) * u64::from(m.size) }, ..none }
+            }
             CellKind::Counter(_) => Equipment { flip_flops: bits, counters: Parts::one(self.output_width(0)), ..none },
             CellKind::Accumulator(_) => {
                 Equipment { flip_flops: bits, accumulators: Parts::one(self.output_width(0)), ..none }
@@ -236,6 +245,7 @@ impl CellKind {
             | CellKind::Tristate { .. } => 1,
             CellKind::Products { .. } => 2,
             CellKind::Counter(_) | CellKind::Accumulator(_) => u32::from(index == 1),
+            CellKind::Memory(m) => u32::from(m.reads.iter().any(|r| r.clock.is_none())),
             _ => 0,
         }
     }
@@ -254,6 +264,8 @@ impl CellKind {
             (CellKind::Shift { .. } | CellKind::Divide { .. } | CellKind::Power { .. }, ..)
             | (CellKind::OneHotMux { .. } | CellKind::Demux { .. } | CellKind::Products { .. }, ..)
             | (CellKind::Carry { .. } | CellKind::Alu(_), ..) => Flow::Whole,
+            // of a port of its own, which is all that it can say
+            (CellKind::Memory(_), 4, _) => Flow::Port,
             // the carry of q + d + ci
             (CellKind::Accumulator(_), 1 | 2, 1) => Flow::Whole,
             _ => Flow::None,

@@ -17,7 +17,7 @@ pub(super) fn word_of(from: &[Word], lo: u32, width: u32, i: usize) -> Word {
 /// What a cell does without a clock edge. `ins` and `outs` are its pins in order, all present, each of its full width;
 /// `outs` hold the present values on entry, of which only storage cells make use.
 ///
-/// Clocks and delays act by time and are not evaluated: their outputs stay.
+/// Clocks and delays act by time, and memories have words that are no pins; they are not evaluated: their outputs stay.
 pub fn evaluate(kind: &CellKind, ins: &[&[Word]], outs: &mut [&mut [Word]]) {
     match kind {
         CellKind::Gate { op, width, inputs } => gate::gate(*op, *width, *inputs, ins[0], outs[0]),
@@ -86,7 +86,11 @@ pub fn evaluate(kind: &CellKind, ins: &[&[Word]], outs: &mut [&mut [Word]]) {
                 *y = w;
             }
         }
-        CellKind::EdgeFlop(_) | CellKind::Clock(_) | CellKind::Delay { .. } | CellKind::RcDelay(_) => {}
+        CellKind::EdgeFlop(_)
+        | CellKind::Memory(_)
+        | CellKind::Clock(_)
+        | CellKind::Delay { .. }
+        | CellKind::RcDelay(_) => {}
     }
 }
 

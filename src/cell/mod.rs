@@ -13,6 +13,7 @@ pub mod element;
 pub mod equipment;
 mod evaluate;
 pub mod gate;
+pub mod memory;
 pub mod select;
 pub mod shift;
 pub mod storage;
@@ -29,6 +30,7 @@ pub use equipment::{Equipment, Flow, Parts};
 use evaluate::word_of;
 pub use evaluate::{clocked, evaluate};
 pub use gate::GateOp;
+pub use memory::Memory;
 pub use select::CompareOp;
 pub use shift::ShiftOp;
 pub use storage::{Edge, Flop};
@@ -203,6 +205,8 @@ pub enum CellKind {
     Counter(Box<Counter>),
     /// Accumulator.
     Accumulator(Box<Accumulator>),
+    /// Memory. Its words are no pins: whoever runs it keeps them.
+    Memory(Box<Memory>),
     /// Free-running clock.
     Clock(Clock),
     /// Transport delay.
@@ -304,6 +308,18 @@ const COUNTER: &[Pin] = &[
     pin("down", Sampled),
     pin("load", Enable),
 ];
+/// Each pin is that of all ports.
+const MEMORY: &[Pin] = &[
+    pin("rd_clk", Role::Clock),
+    pin("rd_en", Enable),
+    pin("rd_arst", Level),
+    pin("rd_srst", Enable),
+    pin("rd_addr", Data),
+    pin("wr_clk", Role::Clock),
+    pin("wr_en", Enable),
+    pin("wr_addr", Data),
+    pin("wr_data", Data),
+];
 const ACCUMULATOR: &[Pin] = &[CLK, pin("d", Data), pin("ci", Data), pin("reset", Level), high("en", Enable)];
 
 impl CellKind {
@@ -336,6 +352,7 @@ impl CellKind {
             CellKind::Flop(_) => FLOP,
             CellKind::Counter(_) => COUNTER,
             CellKind::Accumulator(_) => ACCUMULATOR,
+            CellKind::Memory(_) => MEMORY,
             CellKind::Delay { .. } | CellKind::RcDelay(_) => DELAY,
         }
     }
@@ -351,6 +368,7 @@ impl CellKind {
             CellKind::Carry { .. } => &["co"],
             CellKind::Alu(_) => &["x", "y", "co"],
             CellKind::EdgeFlop(_) => &["q"],
+            CellKind::Memory(_) => &["rd_data"],
             CellKind::Sr { .. } | CellKind::Latch(_) | CellKind::Flop(_) => &["q", "qn"],
             CellKind::Counter(_) => &["q", "zero"],
             CellKind::Accumulator(_) => &["q", "co"],
@@ -364,6 +382,8 @@ impl CellKind {
         match (self, index) {
             // `d` of a flip-flop or counter passes at once only through an asynchronous load
             (CellKind::Flop(_) | CellKind::Counter(_), 1) => connected(2),
+            (CellKind::Memory(m), 4) => m.reads.iter().any(|r| r.clock.is_none()),
+            (CellKind::Memory(m), 6..) => m.writes.iter().any(|w| w.clock.is_none()),
             _ => matches!(self.inputs()[index].role, Role::Data | Role::Level),
         }
     }
@@ -396,6 +416,11 @@ impl CellKind {
             (CellKind::Latch(f) | CellKind::Flop(f), 1) => f.init.width(),
             (CellKind::Counter(c), 1) => c.init.width(),
             (CellKind::Accumulator(a), 1) => a.init.width(),
+            (CellKind::Memory(m), 0..=3) => m.reads.len() as u32,
+            (CellKind::Memory(m), 4) => m.reads.len() as u32 * m.abits,
+            (CellKind::Memory(m), 5) => m.writes.len() as u32,
+            (CellKind::Memory(m), 7) => m.writes.len() as u32 * m.abits,
+            (CellKind::Memory(m), _) => m.writes.len() as u32 * m.width,
             _ => 1,
         }
     }
@@ -430,11 +455,12 @@ impl CellKind {
             (CellKind::Latch(f) | CellKind::Flop(f), _) => f.init.width(),
             (CellKind::Counter(c), 0) => c.init.width(),
             (CellKind::Accumulator(a), 0) => a.init.width(),
+            (CellKind::Memory(m), _) => m.start.width(),
             _ => 1,
         }
     }
 
-    /// The clock edge, for a cell that has one.
+    /// The clock edge, for a cell that has one clock.
     #[must_use]
     pub fn edge(&self) -> Option<Edge> {
         match self {
@@ -442,6 +468,16 @@ impl CellKind {
             CellKind::Counter(c) => Some(c.edge),
             CellKind::Accumulator(a) => Some(a.edge),
             _ => None,
+        }
+    }
+
+    /// The edge at which bit `bit` of input pin `pin` clocks the cell; none if it is no clock.
+    #[must_use]
+    pub fn edge_at(&self, pin: usize, bit: u32) -> Option<Edge> {
+        match (self, pin) {
+            (CellKind::Memory(m), 0) => m.reads[bit as usize].clock,
+            (CellKind::Memory(m), 5) => m.writes[bit as usize].clock,
+            _ => self.edge().filter(|_| self.inputs()[pin].role == Role::Clock),
         }
     }
 
@@ -453,6 +489,7 @@ impl CellKind {
             CellKind::Latch(f) | CellKind::Flop(f) | CellKind::EdgeFlop(f) => Some(&f.init),
             CellKind::Counter(c) => Some(&c.init),
             CellKind::Accumulator(a) => Some(&a.init),
+            CellKind::Memory(m) => Some(&m.start),
             _ => None,
         }
     }

@@ -159,7 +159,7 @@ impl Report<'_> {
 
     /// Clocked cells with the constant that, through buffers and inverters, is their clock.
     fn clock_pins(&self) -> Vec<(CellId, CellId)> {
-        let source = |cell| match self.netlist.net(self.netlist.clock_source(cell)?.0.net).driver {
+        let source = |cell| match self.netlist.net(self.netlist.clock_sources(cell).next()?.0.net).driver {
             Driver::Cell(source, _) => Some((cell, source)),
             Driver::Input(_) => None,
         };

@@ -254,7 +254,8 @@ pub struct RunArgs {
     #[arg(long, value_name = "NET[=VALUE]", value_parser = condition)]
     pub until: Option<Condition>,
 
-    /// Write the waveform to a file (.vcd), or to standard output (-); may be given several times
+    /// Write the waveform to a file, VCD or FST by its extension, or as VCD to standard output (-); may be given several
+    /// times
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub output: Vec<PathBuf>,
 

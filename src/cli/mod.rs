@@ -24,6 +24,7 @@ pub mod schema;
 pub mod stats;
 pub mod test;
 mod timing;
+mod waveforms;
 
 use std::process::ExitCode;
 

@@ -1,7 +1,7 @@
 //! `discreta run`: a circuit, its scenario, a summary, a waveform.
 
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde_json::{Value as Json, json};
 
@@ -9,7 +9,7 @@ use super::args::{ElaborationArgs, EngineArgs, Format, RunArgs, XControl};
 use super::monitor::{SAID, say};
 use super::prepare::{Changes, Prepared, cycles, prepare};
 use super::progress::Progress;
-use super::{CliError, Out, Status, interrupt, timing};
+use super::{CliError, Out, Status, interrupt, timing, waveforms};
 use crate::Value;
 use crate::circuit::{Limits, Loader};
 use crate::diag::{Code, Diagnostic, Diagnostics};
@@ -18,8 +18,6 @@ use crate::netlist::{CellId, Driver, Netlist, SignalId};
 use crate::scenario::{Control, Found, Outcome, Rule, RunError, Stop};
 use crate::simulator::loop_nets;
 use crate::wave::Sink;
-use crate::wave::output::{Destination, Output};
-use crate::wave::vcd::VcdWriter;
 
 /// Runs the command.
 ///
@@ -38,16 +36,13 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
         trace: &args.trace,
         checking: false,
     };
-    let files = outputs(args)?;
+    let files = waveforms::places(&args.output, &args.circuit)?;
     let prepared = prepare(&mut loader, &args.circuit, &changes);
     let prepared = faults(&mut loader, prepared)?;
 
-    let mut sinks = Sinks(Vec::new());
-    for path in &files {
-        sinks.0.push(VcdWriter::new(Box::new(Output::create(path)?)));
-    }
-    let sink: Option<&mut dyn Sink> = if sinks.0.is_empty() { None } else { Some(&mut sinks) };
-    let outcome = simulate(&prepared, &loader, &args.engine, sink, "running")?;
+    let mut sink = waveforms::open(&files)?;
+    let outcome = simulate(&prepared, &loader, &args.engine, sink.as_mut().map(|s| s as &mut dyn Sink), "running")?;
+    let files: Vec<PathBuf> = files.into_iter().map(|place| place.path).collect();
 
     let report = Report { prepared: &prepared, loader: &loader, outcome: &outcome, files: &files };
     report.warnings(args.verbose);
@@ -61,34 +56,6 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
     }
     report.notes(args.engine.x_control);
     Ok(report.status())
-}
-
-/// Where waveforms go, each place once.
-fn outputs(args: &RunArgs) -> Result<Vec<PathBuf>, CliError> {
-    let mut files: Vec<PathBuf> = Vec::new();
-    let circuit = args.circuit.canonicalize().ok();
-    for file in &args.output {
-        if files.contains(file) {
-            continue;
-        }
-        let cannot = |why: &str| CliError::usage(format!("cannot write `{}`: {why}", file.display()));
-        if circuit.is_some() && file.canonicalize().ok() == circuit {
-            return Err(cannot("it is the circuit itself").with_hint("name another file, ending in .vcd"));
-        }
-        if file.as_os_str() != "-" && file.extension().is_some_and(|e| e != "vcd") && !is_special(file) {
-            let kind = file.extension().unwrap_or_default().to_string_lossy().into_owned();
-            return Err(
-                cannot(&format!("waveforms are written as VCD, not as {kind}")).with_hint("end the name in .vcd")
-            );
-        }
-        files.push(file.clone());
-    }
-    Ok(files)
-}
-
-/// Whether a path leads to what is no regular file.
-fn is_special(path: &Path) -> bool {
-    std::fs::metadata(path).is_ok_and(|m| !m.is_file())
 }
 
 /// The limits as raised on the command line.
@@ -125,27 +92,6 @@ pub(super) fn faults<T>(loader: &mut Loader, prepared: Option<T>) -> Result<T, C
 pub(super) fn rendered(diagnostics: &Diagnostics, loader: &Loader) -> String {
     let color = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty());
     diagnostics.render(&loader.sources, color)
-}
-
-/// Several waveforms at once.
-struct Sinks(Vec<VcdWriter<Box<dyn Destination>>>);
-
-impl Sink for Sinks {
-    fn begin(&mut self, layout: &crate::wave::Layout) -> std::io::Result<()> {
-        self.0.iter_mut().try_for_each(|s| s.begin(layout))
-    }
-
-    fn time(&mut self, now: u64) -> std::io::Result<()> {
-        self.0.iter_mut().try_for_each(|s| s.time(now))
-    }
-
-    fn change(&mut self, var: usize, value: &[crate::value::Word]) {
-        self.0.iter_mut().for_each(|s| s.change(var, value));
-    }
-
-    fn finish(&mut self, end: u64) -> std::io::Result<()> {
-        self.0.iter_mut().try_for_each(|s| s.finish(end))
-    }
 }
 
 /// Runs a scenario on the engine that the options choose, with progress.

@@ -219,6 +219,7 @@ fn equipment(s: &Stats) -> Vec<Row> {
     row("half adders", e.half_adders, String::new());
     row("full adders", e.full_adders, String::new());
     let mut parts = |name: &str, p: Parts, note: &str| row(name, p.number, format!("{}{note}", bits(p.bits)));
+    parts("memories", e.memories, "");
     parts("adders", e.adders, "");
     parts("multipliers", e.multipliers, " of product");
     parts("dividers", e.dividers, "");

@@ -479,6 +479,8 @@ impl Builder {
 fn needs(kind: &CellKind, pin: usize) -> bool {
     match kind {
         CellKind::Counter(_) => pin == 0,
+        // a port of no bits where there is no port
+        CellKind::Memory(_) => kind.input_width(pin) > 0,
         CellKind::Flop(_) | CellKind::EdgeFlop(_) | CellKind::Latch(_) | CellKind::Accumulator(_) => pin <= 1,
         CellKind::Adder { op: AddOp::AddSub, .. } => pin != 2,
         CellKind::Adder { .. } => pin <= 1,

@@ -173,7 +173,11 @@ impl<'n> Measured<'n> {
     }
 
     fn levels(&self, node: u32) -> u32 {
-        self.driver(node).map_or(0, |(cell, pin)| self.kind(cell).levels(pin))
+        self.driver(node).map_or(0, |(cell, pin)| match self.kind(cell) {
+            // a port with a clock keeps what it has read
+            CellKind::Memory(m) if m.reads[(self.bits.slice(node).lo / m.width) as usize].clock.is_some() => 0,
+            kind => kind.levels(pin),
+        })
     }
 
     /// The cell that a node belongs to; none for an input of the circuit.
@@ -349,6 +353,14 @@ fn follow(netlist: &Netlist, bits: &Bits, cell: CellId, f: &mut dyn FnMut(u32, u
                         f(bit, out.start + at as u32 % kind.output_width(output));
                     }
                     Flow::Whole => *meets = true,
+                    Flow::Port => {
+                        let CellKind::Memory(m) = kind else { continue };
+                        let port = at as u32 / m.abits;
+                        if m.reads[port as usize].clock.is_none() {
+                            let out = bits.of_net(netlist.output(cell, output)).start + port * m.width;
+                            (out..out + m.width).for_each(|out| f(bit, out));
+                        }
+                    }
                 }
             }
             if (0..outputs).any(|output| kind.flow(pin, output) == Flow::Whole) {

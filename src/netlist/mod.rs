@@ -18,7 +18,7 @@ mod wires;
 
 use std::sync::OnceLock;
 
-use crate::cell::{CellKind, GateOp, Role};
+use crate::cell::{CellKind, Edge, GateOp, Role};
 use crate::timescale::Timescale;
 
 pub use builder::Builder;
@@ -217,11 +217,22 @@ impl Netlist {
         NetId(self.cell(cell).first_output.0 + index as u32)
     }
 
-    /// The bit from which a cell's clock comes, through buffers and inverters at most, and whether it arrives inverted;
-    /// none if the cell has no clock.
-    pub(crate) fn clock_source(&self, cell: CellId) -> Option<(Slice, bool)> {
-        let pin = self.cell(cell).kind.inputs().iter().position(|p| p.role == Role::Clock)?;
-        let mut bit = *self.input(cell, pin).first()?;
+    /// For each clock of a cell the bit from which it comes, through buffers and inverters at most, whether it arrives
+    /// inverted, and the edge of the pin.
+    pub(crate) fn clock_sources(&self, cell: CellId) -> impl Iterator<Item = (Slice, bool, Edge)> + '_ {
+        let kind = &self.cell(cell).kind;
+        let clocks = (0..kind.inputs().len()).filter(|&pin| kind.inputs()[pin].role == Role::Clock);
+        clocks.flat_map(move |pin| {
+            let bits = self.input(cell, pin).iter().flat_map(|s| (s.lo..s.lo + s.width).map(|lo| (s.net, lo)));
+            bits.enumerate().filter_map(move |(bit, (net, lo))| {
+                let edge = kind.edge_at(pin, bit as u32)?;
+                let (source, inverted) = self.clock_source(Slice { net, lo, width: 1 });
+                Some((source, inverted, edge))
+            })
+        })
+    }
+
+    fn clock_source(&self, mut bit: Slice) -> (Slice, bool) {
         let mut inverted = false;
         // inverters may stand in a circle
         for _ in 0..self.cells.len() {
@@ -233,7 +244,7 @@ impl Netlist {
             bit = slice;
             inverted ^= op == GateOp::Not;
         }
-        Some((bit, inverted))
+        (bit, inverted)
     }
 
     /// The path of a scope below the top, with a dot after it unless it is the top: `adder.fa[3].`.

@@ -31,7 +31,7 @@ pub struct Stats {
     pub nets: Parts,
     /// The bit that most inputs of cells read, of several the first by name.
     pub fan_out: Option<FanOut>,
-    /// What clocks the flip-flops, by name.
+    /// What clocks flip-flops and memories, by name.
     pub clocks: Vec<ClockDomain>,
     /// The longest way through the logic.
     pub depth: Depth,
@@ -69,14 +69,14 @@ pub struct FanOut {
     pub inputs: u64,
 }
 
-/// Flip-flops with a common clock.
+/// Flip-flops and memories with a common clock.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub struct ClockDomain {
     /// The bit from which the clock comes, through buffers and inverters at most.
     pub net: String,
     /// The edge of that bit at which they sample.
     pub edge: Edge,
-    /// How many flip-flops: bits.
+    /// How many flip-flops: bits. Memories are none.
     pub flip_flops: u64,
 }
 
@@ -193,9 +193,10 @@ fn clocks(netlist: &Netlist, bits: &Bits, names: &BitNames<'_>) -> Vec<ClockDoma
     let mut found: BTreeMap<(u32, Edge), u64> = BTreeMap::new();
     for cell in netlist.cell_ids() {
         let kind = &netlist.cell(cell).kind;
-        let (Some((source, inverted)), Some(edge)) = (netlist.clock_source(cell), kind.edge()) else { continue };
-        let edge = if inverted { edge.opposite() } else { edge };
-        *found.entry((bits.of(&source).start, edge)).or_default() += kind.equipment().flip_flops;
+        for (source, inverted, edge) in netlist.clock_sources(cell) {
+            let edge = if inverted { edge.opposite() } else { edge };
+            *found.entry((bits.of(&source).start, edge)).or_default() += kind.equipment().flip_flops;
+        }
     }
     let domain = |((bit, edge), flip_flops)| ClockDomain { net: names.of(bit), edge, flip_flops };
     let mut domains: Vec<ClockDomain> = found.into_iter().map(domain).collect();

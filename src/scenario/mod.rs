@@ -6,6 +6,7 @@
 mod check;
 pub mod file;
 mod glob;
+mod record;
 mod resolve;
 mod run;
 pub mod time;

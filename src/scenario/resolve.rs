@@ -479,7 +479,8 @@ impl Resolver<'_> {
 
     /// Clocked cells and the inputs that clock them, through buffers and inverters at most.
     fn clocked_by_inputs(netlist: &Netlist) -> impl Iterator<Item = (CellId, SignalId)> + '_ {
-        netlist.cell_ids().filter_map(|cell| match netlist.net(netlist.clock_source(cell)?.0.net).driver {
+        let clocks = netlist.cell_ids().flat_map(|cell| netlist.clock_sources(cell).map(move |c| (cell, c.0)));
+        clocks.filter_map(|(cell, clock)| match netlist.net(clock.net).driver {
             Driver::Input(input) => Some((cell, input)),
             Driver::Cell(..) => None,
         })

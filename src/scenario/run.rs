@@ -5,6 +5,7 @@ use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::check::{CheckReport, Checker};
+use super::record::Recording;
 use super::resolve::{Rule, Scenario};
 use crate::Value;
 use crate::engine::{Engine, UnknownControl, Unsettled};
@@ -14,7 +15,7 @@ use crate::netlist::{Netlist, SignalId};
 use crate::simulator::read_bits;
 use crate::value::Word;
 use crate::value::word::words;
-use crate::wave::{Layout, Sink};
+use crate::wave::Sink;
 
 /// Why a run ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -125,10 +126,8 @@ struct Watch<'n> {
     netlist: &'n Netlist,
     /// The timing checks, if there are any.
     checker: Option<Checker<'n>>,
-    traced: Vec<SignalId>,
-    /// For each net the first of its traced signals in `members`, and one past the last.
-    start: Vec<u32>,
-    members: Vec<u32>,
+    /// What goes into the waveform, if there is one.
+    recording: Option<Recording>,
     counts: Vec<Count>,
     buffer: Vec<Word>,
     seen: Vec<Seen>,
@@ -138,22 +137,8 @@ struct Watch<'n> {
 
 impl<'n> Watch<'n> {
     fn new(netlist: &'n Netlist, scenario: &'n Scenario, tracing: bool, engine: &mut dyn Engine) -> Watch<'n> {
-        let traced = if tracing { scenario.trace.clone() } else { Vec::new() };
-        let mut start = vec![0u32; netlist.nets().len() + 1];
-        for &signal in &traced {
-            netlist.bits(signal).iter().for_each(|s| start[s.net.index() + 1] += 1);
-        }
-        for i in 1..start.len() {
-            start[i] += start[i - 1];
-        }
-        let mut at = start.clone();
-        let mut members = vec![0; start[netlist.nets().len()] as usize];
-        for (i, &signal) in traced.iter().enumerate() {
-            for s in netlist.bits(signal) {
-                members[at[s.net.index()] as usize] = i as u32;
-                at[s.net.index()] += 1;
-            }
-        }
+        let traced: &[SignalId] = if tracing { &scenario.trace } else { &[] };
+        let recording = tracing.then(|| Recording::new(netlist, traced));
         let mut counts: Vec<Count> = Vec::new();
         for e in &scenario.expect {
             if matches!(e.rule, Rule::Pulses(_)) && !counts.iter().any(|c| c.signal == e.signal) {
@@ -175,9 +160,7 @@ impl<'n> Watch<'n> {
         Watch {
             netlist,
             checker,
-            traced,
-            start,
-            members,
+            recording,
             counts,
             buffer: vec![Word::ZERO; widest],
             seen: vec![Seen::default(); scenario.monitors.len()],
@@ -210,27 +193,14 @@ impl<'n> Watch<'n> {
         }
     }
 
-    /// Records the changes since the last time; at first everything, since what has a value from the start never changes
-    /// to it.
+    /// Records the changes since the last time, and regards what else watches them.
     fn record(&mut self, engine: &mut dyn Engine, sink: &mut Option<&mut dyn Sink>) -> io::Result<()> {
         let first = std::mem::replace(&mut self.first, false);
         if engine.changes().is_empty() && !first {
             return Ok(());
         }
-        if let Some(sink) = sink {
-            sink.time(engine.now())?;
-            for var in 0..if first { self.traced.len() } else { 0 } {
-                let signal = self.traced[var];
-                sink.change(var, self.read(engine, signal));
-            }
-            for k in 0..if first { 0 } else { engine.changes().len() } {
-                let net = engine.changes()[k].index();
-                for at in self.start[net]..self.start[net + 1] {
-                    let var = self.members[at as usize] as usize;
-                    let signal = self.traced[var];
-                    sink.change(var, self.read(engine, signal));
-                }
-            }
+        if let (Some(sink), Some(recording)) = (sink, &mut self.recording) {
+            recording.record(engine, first, *sink)?;
         }
         for i in 0..self.counts.len() {
             let bit = self.read(engine, self.counts[i].signal)[0];
@@ -259,10 +229,10 @@ pub fn run(
     mut sink: Option<&mut dyn Sink>,
     control: &mut Control<'_>,
 ) -> Result<Outcome, RunError> {
-    if let Some(sink) = &mut sink {
-        sink.begin(&layout(netlist, &scenario.trace))?;
-    }
     let mut watch = Watch::new(netlist, scenario, sink.is_some(), engine);
+    if let (Some(sink), Some(recording)) = (&mut sink, &watch.recording) {
+        sink.begin(recording.layout())?;
+    }
     for c in &scenario.clocks {
         engine.add_clock(c.net, c.clock);
     }
@@ -404,35 +374,6 @@ fn drive(engine: &mut dyn Engine, net: crate::netlist::NetId, value: &Value) {
     // inputs change seldom: this may allocate
     let all: Vec<Word> = value.words().collect();
     engine.drive(net, &all);
-}
-
-/// The waveform's scopes and variables: one variable for each traced signal, in the same order.
-fn layout(netlist: &Netlist, traced: &[SignalId]) -> Layout {
-    let mut layout = Layout { timescale: netlist.timescale(), ..Layout::default() };
-    let mut used = vec![false; netlist.scopes().len()];
-    used[0] = true;
-    for &signal in traced {
-        let mut scope = Some(netlist.signal(signal).scope);
-        while let Some(s) = scope.filter(|s| !std::mem::replace(&mut used[s.index()], true)) {
-            scope = netlist.scopes()[s.index()].parent;
-        }
-    }
-    let mut number = vec![0; netlist.scopes().len()];
-    for (i, scope) in netlist.scopes().iter().enumerate().filter(|(i, _)| used[*i]) {
-        number[i] = layout.scope(&scope.name, scope.parent.map(|p| number[p.index()]));
-    }
-    let mut same = std::collections::HashMap::new();
-    for &id in traced {
-        let signal = netlist.signal(id);
-        let scope = number[signal.scope.index()];
-        match same.get(netlist.bits(id)) {
-            Some(&of) => _ = layout.alias(scope, &signal.name, of),
-            None => {
-                same.insert(netlist.bits(id), layout.var(scope, &signal.name, signal.width));
-            }
-        }
-    }
-    layout
 }
 
 #[cfg(test)]

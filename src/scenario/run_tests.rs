@@ -61,6 +61,22 @@ fn pulses_are_counted_from_a_value_that_was_there_from_the_start() {
     assert_eq!(go(&netlist, &scenario).0.failures, [Failure { expectation: 0, found: Found::Pulses(1) }]);
 }
 
+/// What was read before, of a wider signal, is not seen above the bits of another.
+#[test]
+fn a_part_of_a_net_is_that_part_alone() {
+    let mut b = Builder::new("top");
+    let wide = b.output("wide", 4);
+    let top = b.top();
+    b.cell(top, "constant", CellKind::Constant(Box::new("4'b1011".parse().unwrap())), vec![], vec![wide.clone()]);
+    b.alias(top, "part", &wide.slice(1, 1), false);
+    let netlist = b.finish().unwrap();
+    let (wide, part) = (netlist.find("wide").unwrap(), netlist.find("part").unwrap());
+    let counted = Expectation { signal: wide, rule: Rule::Pulses(0), span: crate::diag::Span::default() };
+    let until = Some((part, Value::from_u64(1, 1)));
+    let scenario = Scenario { limit: 100, until, expect: vec![counted], ..Scenario::default() };
+    assert_eq!(go(&netlist, &scenario).0.stop, Stop::Until);
+}
+
 #[test]
 fn an_engine_begins_anew_after_a_reset() {
     let netlist = toggle();

@@ -217,6 +217,14 @@ pub fn insert(to: &mut [Word], lo: u32, from: &[Word], width: u32) {
 /// Copies `width` bits from bit `lo` of `from` to bit `at` of `to`, leaving its other bits.
 #[inline]
 pub fn copy(to: &mut [Word], at: u32, from: &[Word], lo: u32, width: u32) {
+    if lo % 64 + width <= 64 && at % 64 + width <= 64 && width > 0 {
+        // within one word of each, as nearly all are
+        let (w, m) = (from[lo as usize / 64], mask(width));
+        let to = &mut to[at as usize / 64];
+        let put = |old: u64, new: u64| old & !(m << (at % 64)) | (new >> (lo % 64) & m) << (at % 64);
+        *to = Word { v: put(to.v, w.v), u: put(to.u, w.u) };
+        return;
+    }
     for done in (0..width).step_by(64) {
         let n = (width - done).min(64);
         let mut w = [Word::ZERO];

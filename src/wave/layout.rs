@@ -55,6 +55,17 @@ pub struct VarDecl {
     pub alias_of: Option<usize>,
 }
 
+/// A line of a file's header.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Declaration {
+    /// What follows is in this scope.
+    Open(usize),
+    /// A variable.
+    Var(usize),
+    /// The scope ends.
+    Close,
+}
+
 /// What a waveform is about.
 ///
 /// ```
@@ -125,6 +136,37 @@ impl Layout {
         }
         names.reverse();
         names.join(".")
+    }
+
+    /// The declarations as a file has them: each scope with its variables and then the scopes in it.
+    pub(super) fn outline(&self) -> Vec<Declaration> {
+        // Children and variables of each scope, in order, without a list for each: indices sorted by scope.
+        let mut scopes: Vec<usize> = (0..self.scopes.len()).collect();
+        scopes.sort_by_key(|&i| self.scopes[i].parent);
+        let mut vars: Vec<usize> = (0..self.vars.len()).collect();
+        vars.sort_by_key(|&i| self.vars[i].scope);
+        let children = |parent: Option<usize>| {
+            let from = scopes.partition_point(|&i| self.scopes[i].parent < parent);
+            let to = scopes.partition_point(|&i| self.scopes[i].parent <= parent);
+            scopes[from..to].iter()
+        };
+        let mut outline = Vec::with_capacity(2 * scopes.len() + vars.len());
+        let mut open = vec![children(None)];
+        while let Some(siblings) = open.last_mut() {
+            let Some(&scope) = siblings.next() else {
+                open.pop();
+                if !open.is_empty() {
+                    outline.push(Declaration::Close);
+                }
+                continue;
+            };
+            outline.push(Declaration::Open(scope));
+            let from = vars.partition_point(|&i| self.vars[i].scope < scope);
+            let of_scope = vars[from..].iter().take_while(|&&i| self.vars[i].scope == scope);
+            outline.extend(of_scope.map(|&i| Declaration::Var(i)));
+            open.push(children(Some(scope)));
+        }
+        outline
     }
 
     /// Checks everything that a sink relies on.

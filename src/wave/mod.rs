@@ -1,20 +1,27 @@
 //! Waveforms: writing them while a run goes on, reading them back, and comparing two.
 //!
-//! A [`Layout`] describes the variables, a [`Sink`] takes their changes in order of time ([`vcd`] is one), [`output`]
-//! decides where the bytes go and that no half file takes the place of a whole one. [`read`] and [`diff`] go the other
-//! way. This room knows scopes, names, widths and times; it knows nothing of circuits, nets or engines.
+//! A [`Layout`] describes the variables, a [`Sink`] takes their changes in order of time ([`vcd`] and [`fst`] are two,
+//! [`background`] does what another does on a thread of its own), [`output`] decides where the bytes go and that no half
+//! file takes the place of a whole one. [`read`] and [`diff`] go the other way. This room knows scopes, names, widths and times; it knows nothing of circuits, nets or engines.
 
+pub mod background;
 pub mod diff;
+mod file;
+pub mod fst;
 pub mod layout;
 pub mod output;
 mod precheck;
 pub mod read;
+pub mod recorder;
 mod report;
+#[cfg(test)]
+mod samples;
 pub mod vcd;
 
 use std::io;
 
 use crate::value::Word;
+pub use file::{Kind, open};
 pub use layout::{Layout, LayoutError, ScopeDecl, ScopeKind, VarDecl, VarKind};
 
 /// What takes a waveform: [`begin`](Sink::begin) once, then times and the changes at each, then

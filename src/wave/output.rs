@@ -5,7 +5,7 @@
 
 use std::fmt;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
@@ -170,6 +170,19 @@ impl Write for Output {
     }
 }
 
+/// Only a file can be gone back in.
+impl Seek for Output {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let moved = match &mut self.target {
+            Target::Temporary(file, _) => file.seek(to),
+            Target::Direct(file) => file.seek(to),
+            Target::Stdout(_) => Err(io::ErrorKind::NotSeekable.into()),
+            Target::Complete => return Err(io::Error::other("moved in after it was complete or had failed")),
+        };
+        moved.map_err(|error| self.fail(error))
+    }
+}
+
 impl Destination for Output {
     fn complete(&mut self) -> io::Result<()> {
         self.flush()?;
@@ -231,6 +244,7 @@ impl OutputError {
         match self.source.kind() {
             io::ErrorKind::NotFound => Some(format!("make the directory first: mkdir -p {}", directory.display())),
             io::ErrorKind::NotADirectory => Some(format!("`{}` is not a directory", directory.display())),
+            io::ErrorKind::NotSeekable => Some("FST can only go to a file; write VCD here".to_owned()),
             io::ErrorKind::IsADirectory => Some("name a file in it".to_owned()),
             io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
                 Some("choose a place that you may write to, or `-` for standard output".to_owned())

@@ -1,62 +1,17 @@
 //! The oracles are the `vcd` crate's own writer of values, `wellen`, and GTKWave's `vcd2fst`.
 
-use std::collections::BTreeMap;
-use std::path::Path;
-
 use proptest::prelude::*;
 
 use super::*;
 use crate::value::{Logic, Value};
+use crate::wave::Sink;
 use crate::wave::read::Waves;
-
-/// One change: distance to the time before, variable, value.
-type Step = (u64, usize, Value);
-
-fn layout(widths: &[u32]) -> Layout {
-    let mut layout = Layout::default();
-    let top = layout.scope("top", None);
-    let block = layout.scope("stage[0]", Some(top));
-    layout.scopes[block].kind = ScopeKind::Block;
-    let other = layout.scope("other", None);
-    for (i, &width) in widths.iter().enumerate() {
-        let var = layout.var([top, block, other][i % 3], &format!("v{i}"), width);
-        layout.vars[var].kind = [VarKind::Wire, VarKind::Reg, VarKind::Integer][i % 3];
-    }
-    layout.alias(other, "again", 0);
-    layout
-}
+use crate::wave::samples::{Step, check_values, end, layout, model, record, runs, sample};
 
 fn write(layout: &Layout, steps: &[Step], tail: u64) -> Vec<u8> {
     let mut bytes = Vec::new();
-    let mut vcd = VcdWriter::new(&mut bytes);
-    vcd.begin(layout).unwrap();
-    let mut now = 0;
-    vcd.time(now).unwrap();
-    for (distance, var, value) in steps {
-        now += distance;
-        vcd.time(now).unwrap();
-        vcd.change(*var, &value.words().collect::<Vec<_>>());
-    }
-    vcd.finish(now + tail).unwrap();
+    record(&mut VcdWriter::new(&mut bytes), layout, steps, tail);
     bytes
-}
-
-/// The value that each variable has at the end of each tick, where it is another than before.
-fn model(widths: &[u32], steps: &[Step]) -> BTreeMap<u64, BTreeMap<usize, Value>> {
-    let mut ticks: BTreeMap<u64, BTreeMap<usize, Value>> = BTreeMap::new();
-    let initial = widths.iter().map(|&width| Value::unknown(width)).enumerate();
-    ticks.insert(0, initial.collect());
-    let mut now = 0;
-    for (distance, var, value) in steps {
-        now += distance;
-        ticks.entry(now).or_default().insert(*var, value.clone());
-    }
-    let mut last: BTreeMap<usize, Value> = BTreeMap::new();
-    for changes in ticks.values_mut() {
-        changes.retain(|var, value| last.insert(*var, value.clone()).as_ref() != Some(value));
-    }
-    ticks.retain(|_, changes| !changes.is_empty());
-    ticks
 }
 
 fn bits(value: &Value) -> impl Iterator<Item = vcd::Value> {
@@ -113,30 +68,11 @@ fn reference(widths: &[u32], steps: &[Step], tail: u64) -> Vec<u8> {
             out.end().unwrap();
         }
     }
-    let end = steps.iter().map(|(distance, ..)| distance).sum::<u64>() + tail;
+    let end = end(steps, tail);
     if ticks.last_key_value().unwrap().0 != &end {
         out.timestamp(end).unwrap();
     }
     std::mem::take(out.writer())
-}
-
-fn runs() -> impl Strategy<Value = (Vec<u32>, Vec<Step>, u64)> {
-    let width = prop_oneof![Just(1), 2_u32..10, Just(63), Just(64), Just(65), Just(128), 129_u32..200];
-    proptest::collection::vec(width, 1..8).prop_flat_map(|widths| {
-        let count = widths.len();
-        let bit = prop_oneof![Just(Logic::Zero), Just(Logic::One), Just(Logic::X), Just(Logic::Z)];
-        let bits = proptest::collection::vec(bit, 200);
-        let of = widths.clone();
-        let step = (0..3_u64, 0..count, bits, 0..3).prop_map(move |(distance, var, bits, kind)| {
-            // Whole values too, so that equal ones follow one another.
-            let mut value = Value::repeat(bits[0], of[var]);
-            if kind == 0 {
-                (0..of[var]).for_each(|i| value.set_bit(i, bits[i as usize]));
-            }
-            (distance, var, value)
-        });
-        (Just(widths), proptest::collection::vec(step, 0..40), 0..3_u64)
-    })
 }
 
 proptest! {
@@ -154,8 +90,7 @@ proptest! {
         let layout = layout(&widths);
         std::fs::write(&path, write(&layout, &steps, tail)).unwrap();
         check_values(&path, &layout, &model(&widths, &steps));
-        let end = steps.iter().map(|(distance, ..)| distance).sum::<u64>() + tail;
-        prop_assert_eq!(Waves::open(&path).unwrap().end(), end);
+        prop_assert_eq!(Waves::open(&path).unwrap().end(), end(&steps, tail));
     }
 
     #[test]
@@ -182,30 +117,6 @@ proptest! {
         let layout = layout(&widths);
         prop_assert_eq!(write(&layout, &steps, tail), write(&layout, &shuffled, tail));
     }
-}
-
-/// Reads every variable back and compares it with the model, up to the end of the file.
-fn check_values(path: &Path, layout: &Layout, ticks: &BTreeMap<u64, BTreeMap<usize, Value>>) {
-    let mut waves = Waves::open(path).unwrap();
-    assert_eq!(waves.vars().len(), layout.vars.len());
-    for (i, var) in layout.vars.iter().enumerate() {
-        let name = format!("{}.{}", layout.scope_path(var.scope), var.name);
-        let found = waves.find(&name).unwrap_or_else(|| panic!("{name} not in {:?}", waves.vars()));
-        let changes: Vec<_> = waves.load(found).unwrap().changes().collect();
-        let expected: Vec<_> = ticks
-            .iter()
-            .filter_map(|(&time, changes)| Some((time, changes.get(&layout.origin(i))?.bit_string())))
-            .collect();
-        assert_eq!(changes, expected, "{name}");
-    }
-}
-
-fn sample() -> (Vec<u32>, Vec<Step>) {
-    let widths = vec![1, 8, 70];
-    let steps = (0..60_u64)
-        .map(|n| (n % 3, (n % 5 % 3) as usize, n))
-        .map(|(distance, var, n)| (distance, var, Value::from_u64(n.wrapping_mul(0x9e37_79b9_7f4a_7c15), widths[var])));
-    (widths.clone(), steps.collect())
 }
 
 /// The header must be whole; from there on the end of any line will do.
@@ -336,8 +247,8 @@ fn memory_does_not_grow_with_the_run() {
         vcd.time(now).unwrap();
         vcd.change(0, &[Word::known(now & 1)]);
         vcd.change(1, &[Word::known(now)]);
-        assert!(vcd.out.writer().capacity() <= 2 * CHUNK);
+        assert!(vcd.format().out.writer().capacity() <= 2 * CHUNK);
     }
-    assert!(vcd.destination.len() > 100 * CHUNK);
-    assert!(vcd.destination.ends_with(b"\n"));
+    assert!(vcd.format().destination.len() > 100 * CHUNK);
+    assert!(vcd.format().destination.ends_with(b"\n"));
 }

@@ -24,6 +24,14 @@ pub struct Cell {
     pub model: Option<&'static str>,
     /// Values that an input is given more often than by chance.
     pub likely: Vec<(&'static str, Value)>,
+    /// Ports whose bits are those of inputs, or 0, or 1 where the input is called so. An input of which they are bits is no port itself.
+    pub taps: Vec<(&'static str, Vec<Option<(&'static str, u32)>>)>,
+    /// Whether several controls change at one instant. Their levels are known then.
+    pub together: bool,
+    /// Whether controls are never x or z.
+    pub known: bool,
+    /// Whether the netlist has it in parts.
+    pub in_parts: bool,
 }
 
 impl Cell {
@@ -37,12 +45,21 @@ impl Cell {
             init: None,
             model: None,
             likely: vec![],
+            taps: vec![],
+            together: false,
+            known: false,
+            in_parts: false,
         }
     }
 
     pub fn with(mut self, name: &'static str, value: Value) -> Cell {
         self.parameters.push((name, value));
         self
+    }
+
+    /// Whether an input is a port of the cell.
+    pub fn is_port(&self, input: &str) -> bool {
+        !self.taps.iter().flat_map(|t| &t.1).flatten().any(|t| t.0 == input)
     }
 
     /// A parameter that is a number.
@@ -130,11 +147,14 @@ fn inputs(cell: &Cell, vectors: usize, rng: &mut Rng) -> Vec<Vec<Value>> {
         let turn = !cell.controls.is_empty() && !rng.one_in(3);
         if turn {
             // one bit alone, so that no race decides what Verilog gives
-            let (port, _) = rng.pick(&cell.controls);
-            let at = cell.inputs.iter().position(|i| i.0 == *port).unwrap();
-            let bit = rng.below(next[at].width().into()) as u32;
-            let level = *rng.pick(&[Logic::Zero, Logic::One, Logic::Zero, Logic::One, Logic::X, Logic::Z]);
-            next[at].set_bit(bit, level);
+            for _ in 0..if cell.together { 1 + rng.below(3) } else { 1 } {
+                let (port, _) = rng.pick(&cell.controls);
+                let at = cell.inputs.iter().position(|i| i.0 == *port).unwrap();
+                let bit = rng.below(next[at].width().into()) as u32;
+                let levels = [Logic::Zero, Logic::One, Logic::Zero, Logic::One, Logic::X, Logic::Z];
+                let level = *rng.pick(if cell.known { &levels[..4] } else { &levels });
+                next[at].set_bit(bit, level);
+            }
         } else {
             for (to, &(port, width)) in next.iter_mut().zip(&cell.inputs) {
                 if !cell.controls.iter().any(|c| c.0 == port) {
@@ -158,9 +178,21 @@ fn icarus(folder: &Path, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors: 
     let mut at = 0;
     for (i, cell) in cells.iter().enumerate() {
         let mut ports = Vec::new();
+        let mut first = BTreeMap::new();
         for (port, width) in &cell.inputs {
-            ports.push(format!(".{port}(in[{at} +: {width}])"));
+            first.insert(*port, at);
+            if cell.is_port(port) {
+                ports.push(format!(".{port}(in[{at} +: {width}])"));
+            }
             at += width;
+        }
+        for (port, taps) in &cell.taps {
+            let bits = taps.iter().rev().map(|t| match *t {
+                None => "1'b0".into(),
+                Some(("1", _)) => "1'b1".into(),
+                Some((input, bit)) => format!("in[{}]", first[input] + bit),
+            });
+            ports.push(format!(".{port}({{{}}})", bits.collect::<Vec<_>>().join(", ")));
         }
         for (port, width) in &cell.outputs {
             writeln!(text, "wire [{width}-1:0] y{i}_{port};").unwrap();
@@ -169,7 +201,7 @@ fn icarus(folder: &Path, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors: 
         }
         let parameters = cell.parameters.iter().map(|(name, v)| match v.to_u64() {
             // as Yosys' own parameters are: numbers, or bits
-            Some(n) if v.width() == 32 => format!(".{name}({n})"),
+            Some(n) if v.width() == 32 && n < 1 << 31 => format!(".{name}({n})"),
             _ => format!(".{name}({}'b{})", v.width(), v.bit_string()),
         });
         let own = format!("own_{}", &cell.kind[1..]);
@@ -229,22 +261,38 @@ fn icarus(folder: &Path, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors: 
 
 /// The netlist of all cells as Yosys writes it.
 pub fn netlist(cells: &[Cell]) -> Json {
-    let (mut ports, mut all, mut names) = (Map::new(), Map::new(), Map::new());
+    let (mut ports, mut all, mut names, mut memories) = (Map::new(), Map::new(), Map::new(), Map::new());
     let mut next = 2u32;
     for (i, cell) in cells.iter().enumerate() {
         let mut connections = Map::new();
+        let mut bits_of = BTreeMap::new();
         let inputs = cell.inputs.iter().map(|p| (p, "input"));
         for (&(port, width), direction) in inputs.chain(cell.outputs.iter().map(|p| (p, "output"))) {
             let bits: Vec<u32> = (next..next + width).collect();
             next += width;
             let name = format!("c{i}_{port}");
             ports.insert(name.clone(), json!({ "direction": direction, "bits": bits }));
-            connections.insert(port.to_owned(), json!(bits));
+            if cell.is_port(port) {
+                connections.insert(port.to_owned(), json!(bits));
+            }
+            bits_of.insert(port, bits.clone());
             let mut attributes = Map::new();
             if let Some(init) = cell.init.as_ref().filter(|_| direction == "output") {
                 attributes.insert("init".into(), json!(init.bit_string()));
             }
             names.insert(name, json!({ "hide_name": 0, "bits": bits, "attributes": attributes }));
+        }
+        for (port, taps) in &cell.taps {
+            let bits = taps.iter().map(|t| match *t {
+                None => json!("0"),
+                Some(("1", _)) => json!("1"),
+                Some((input, bit)) => json!(bits_of[input][bit as usize]),
+            });
+            connections.insert((*port).to_owned(), bits.collect());
+        }
+        if cell.in_parts {
+            crate::memory::parts(&format!("m{i}"), cell, &connections, &mut all, &mut memories);
+            continue;
         }
         let parameters = cell.parameters.iter().map(|(n, v)| ((*n).to_owned(), json!(v.bit_string())));
         let parameters: Map<String, Json> = parameters.collect();
@@ -253,7 +301,8 @@ pub fn netlist(cells: &[Cell]) -> Json {
         all.insert(format!("c{i}"), body);
     }
     json!({ "creator": "Yosys test", "modules": { "bench": {
-        "attributes": { "top": "1" }, "ports": ports, "cells": all, "netnames": names } } })
+        "attributes": { "top": "1" }, "ports": ports, "cells": all, "memories": memories,
+        "netnames": names } } })
 }
 
 /// The outputs of each cell in each vector, as they are here.

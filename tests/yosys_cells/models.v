@@ -169,3 +169,84 @@ module own__FF_ (D, Q);
   input D; output reg Q;
   always @(D) Q <= #1 D;
 endmodule
+
+// A memory as the library's $mem_v2, but
+// - its clocks have IEEE 1364's edges (9.7.2), as those of the always blocks have that it stands for: the library knows
+//   0 to 1 and 1 to 0 alone, and takes z for either;
+// - ports without a clock write before and after those with one, as they act by level: in the library it depends on
+//   what else wakes the block.
+// With V1 its transparency is that of $mem as Yosys reads it: RD_TRANSPARENT makes a port transparent to the write ports
+// with the same clock, which SAME says, and enabled it must be as any other. The library takes no notice of RD_EN there.
+module own_mem_v2 (RD_CLK, RD_EN, RD_ARST, RD_SRST, RD_ADDR, RD_DATA, WR_CLK, WR_EN, WR_ADDR, WR_DATA);
+  parameter MEMID = ""; parameter signed SIZE = 4; parameter signed OFFSET = 0; parameter signed ABITS = 2;
+  parameter signed WIDTH = 8; parameter signed INIT = 1'bx;
+  parameter signed RD_PORTS = 1; parameter RD_CLK_ENABLE = 0; parameter RD_CLK_POLARITY = 0;
+  parameter RD_TRANSPARENCY_MASK = 0; parameter RD_COLLISION_X_MASK = 0; parameter RD_WIDE_CONTINUATION = 0;
+  parameter RD_CE_OVER_SRST = 0; parameter RD_ARST_VALUE = 0; parameter RD_SRST_VALUE = 0;
+  parameter RD_INIT_VALUE = {RD_PORTS*WIDTH{1'bx}};
+  parameter signed WR_PORTS = 1; parameter WR_CLK_ENABLE = 0; parameter WR_CLK_POLARITY = 0;
+  parameter WR_PRIORITY_MASK = 0; parameter WR_WIDE_CONTINUATION = 0;
+  parameter V1 = 0; parameter RD_TRANSPARENT = 0; parameter SAME = 0;
+  localparam WP = WR_PORTS > 0 ? WR_PORTS : 1;
+  localparam TRANSPARENT = RD_TRANSPARENCY_MASK, COLLIDES = RD_COLLISION_X_MASK;
+  input [RD_PORTS-1:0] RD_CLK, RD_EN, RD_ARST, RD_SRST; input [RD_PORTS*ABITS-1:0] RD_ADDR;
+  output reg [RD_PORTS*WIDTH-1:0] RD_DATA;
+  input [WP-1:0] WR_CLK; input [WP*WIDTH-1:0] WR_EN, WR_DATA; input [WP*ABITS-1:0] WR_ADDR;
+  reg [WIDTH-1:0] memory [0:SIZE-1];
+  reg [RD_PORTS-1:0] rd_old, rd_seen, rd_edge; reg [WP-1:0] wr_old, wr_seen, wr_edge;
+  integer i, j, k;
+
+  function active (input positive, input old, input now);
+    reg a, b;
+    begin
+      a = old ^ 1'b0; b = now ^ 1'b0;
+      active = a !== b && (positive ? a === 0 || b === 1 : a === 1 || b === 0);
+    end
+  endfunction
+
+  task write (input clocked);
+    for (i = 0; i < WR_PORTS; i = i + 1)
+      if (clocked ? WR_CLK_ENABLE[i] && wr_edge[i] : !WR_CLK_ENABLE[i])
+        for (j = 0; j < WIDTH; j = j + 1)
+          if (WR_EN[i*WIDTH+j] === 1'b1) memory[WR_ADDR[i*ABITS +: ABITS] - OFFSET][j] = WR_DATA[i*WIDTH+j];
+  endtask
+
+  initial begin
+    for (i = 0; i < SIZE; i = i + 1) memory[i] = INIT >>> (i*WIDTH);
+    RD_DATA = RD_INIT_VALUE; rd_seen = 0; wr_seen = 0;
+  end
+
+  always @(RD_CLK, RD_EN, RD_ARST, RD_SRST, RD_ADDR, WR_CLK, WR_EN, WR_ADDR, WR_DATA) begin
+    #0;
+    for (i = 0; i < RD_PORTS; i = i + 1) begin
+      rd_edge[i] = rd_seen[i] && active(RD_CLK_POLARITY[i], rd_old[i], RD_CLK[i]);
+      rd_seen[i] = rd_seen[i] || (RD_CLK[i] ^ 1'b0) !== 1'bx;
+    end
+    for (i = 0; i < WR_PORTS; i = i + 1) begin
+      wr_edge[i] = wr_seen[i] && active(WR_CLK_POLARITY[i], wr_old[i], WR_CLK[i]);
+      wr_seen[i] = wr_seen[i] || (WR_CLK[i] ^ 1'b0) !== 1'bx;
+    end
+    rd_old = RD_CLK; wr_old = WR_CLK;
+    write(0);
+    for (i = 0; i < RD_PORTS; i = i + 1) if (RD_CLK_ENABLE[i] && rd_edge[i]) begin
+      if (!V1 && RD_SRST[i] === 1'b1 && (RD_EN[i] === 1'b1 || !RD_CE_OVER_SRST[i]))
+        RD_DATA[i*WIDTH +: WIDTH] = RD_SRST_VALUE >> (i*WIDTH);
+      else if (RD_EN[i] === 1'b1) begin
+        RD_DATA[i*WIDTH +: WIDTH] = memory[RD_ADDR[i*ABITS +: ABITS] - OFFSET];
+        for (j = 0; j < WR_PORTS; j = j + 1)
+          if (WR_CLK_ENABLE[j] && wr_edge[j] && (RD_ADDR[i*ABITS +: ABITS] == WR_ADDR[j*ABITS +: ABITS]) === 1'b1)
+            for (k = 0; k < WIDTH; k = k + 1) if (WR_EN[j*WIDTH+k] === 1'b1) begin
+              if (V1 ? RD_TRANSPARENT[i] && SAME[i*WR_PORTS+j] : TRANSPARENT[i*WR_PORTS+j])
+                RD_DATA[i*WIDTH+k] = WR_DATA[j*WIDTH+k];
+              if (!V1 && COLLIDES[i*WR_PORTS+j]) RD_DATA[i*WIDTH+k] = 1'bx;
+            end
+      end
+    end
+    write(1);
+    write(0);
+    for (i = 0; i < RD_PORTS; i = i + 1) begin
+      if (!RD_CLK_ENABLE[i]) RD_DATA[i*WIDTH +: WIDTH] = memory[RD_ADDR[i*ABITS +: ABITS] - OFFSET];
+      if (!V1 && RD_ARST[i] === 1'b1) RD_DATA[i*WIDTH +: WIDTH] = RD_ARST_VALUE >> (i*WIDTH);
+    end
+  end
+endmodule

@@ -11,9 +11,9 @@ use crate::netlist::{CellId, Constants, Direction, Driver, NetId, Netlist, Slice
 use crate::value::Word;
 use crate::value::word::{mask, word_mask, words};
 
-struct Build<'n> {
-    netlist: &'n Netlist,
-    program: Program,
+pub(super) struct Build<'n> {
+    pub netlist: &'n Netlist,
+    pub program: Program,
     /// Slots that gather the same pieces.
     gathers: HashMap<Vec<Slice>, u32>,
     /// (slot, operation that reads it).
@@ -21,11 +21,14 @@ struct Build<'n> {
     clock_of: HashMap<(u32, u8, bool), u32>,
     /// Whether anything reads or shows a net.
     used: Vec<bool>,
+    /// Memories with their numbers.
+    pub memories: Vec<(CellId, usize)>,
     group: u32,
-    constants: &'n Constants,
+    pub constants: &'n Constants,
 }
 
-const BLANK: Op = Op { code: Code::Buf, group: 0, a: ZERO, b: ZERO, c: ZERO, y: 0, y2: 0, mask: 1, ext: 0, count: 0 };
+pub(super) const BLANK: Op =
+    Op { code: Code::Buf, group: 0, a: ZERO, b: ZERO, c: ZERO, y: 0, y2: 0, mask: 1, ext: 0, count: 0 };
 
 pub(super) fn build(netlist: &Netlist) -> Program {
     let mut b = Build {
@@ -35,6 +38,7 @@ pub(super) fn build(netlist: &Netlist) -> Program {
         reads: Vec::new(),
         clock_of: HashMap::new(),
         used: used(netlist),
+        memories: Vec::new(),
         group: 0,
         constants: netlist.constants(),
     };
@@ -57,6 +61,9 @@ pub(super) fn build(netlist: &Netlist) -> Program {
     }
     for (cell, store) in stores {
         b.sampled(cell, store);
+    }
+    for (cell, number) in std::mem::take(&mut b.memories) {
+        b.sampled_memory(cell, number);
     }
     b.controls();
     link(&mut b.program, b.reads);
@@ -88,13 +95,19 @@ fn written(program: &Program, op: &Op) -> Vec<u32> {
             .iter()
             .flat_map(|&(slot, width)| slot..slot + words(width) as u32)
             .collect(),
+        Code::MemoryRead => {
+            let cell = &program.memories[op.ext as usize];
+            let port = &cell.reads[op.count as usize];
+            (port.slot..=port.slot + (port.shift + cell.kind.width - 1) / 64).collect()
+        }
+        Code::MemoryWrite => vec![program.memories[op.ext as usize].contents],
         Code::HalfAdder | Code::FullAdder | Code::Add | Code::Sub | Code::Sr { .. } | Code::Level => vec![op.y, op.y2],
         _ => vec![op.y],
     }
 }
 
 /// The `width` bits from bit `lo` up of what some slices make together.
-fn part(slices: &[Slice], lo: u32, width: u32) -> Vec<Slice> {
+pub(super) fn part(slices: &[Slice], lo: u32, width: u32) -> Vec<Slice> {
     let (mut skip, mut left, mut out) = (lo, width, Vec::new());
     for s in slices {
         if left == 0 {
@@ -155,7 +168,7 @@ impl Build<'_> {
         self.program.net_slot[net.index()]
     }
 
-    fn output(&self, cell: CellId, pin: usize) -> u32 {
+    pub(super) fn output(&self, cell: CellId, pin: usize) -> u32 {
         self.slot(self.netlist.output(cell, pin))
     }
 
@@ -165,7 +178,7 @@ impl Build<'_> {
     }
 
     /// One word that holds these bits, if a slot does as it is.
-    fn direct(&self, slices: &[Slice]) -> Option<Operand> {
+    pub(super) fn direct(&self, slices: &[Slice]) -> Option<Operand> {
         let first = slices.first()?;
         let operand = |part| Operand { slot: self.slot(first.net) + first.lo / 64, shift: (first.lo % 64) as u8, part };
         let held = |s: &Slice| (self.netlist.net(s.net).width - s.lo / 64 * 64).min(64);
@@ -178,7 +191,7 @@ impl Build<'_> {
     }
 
     /// At most 64 bits as an operand, gathered into a slot of their own if need be.
-    fn operand(&mut self, slices: &[Slice]) -> Operand {
+    pub(super) fn operand(&mut self, slices: &[Slice]) -> Operand {
         if let Some(direct) = self.direct(slices) {
             return direct;
         }
@@ -223,7 +236,7 @@ impl Build<'_> {
         self.operand(slices)
     }
 
-    fn push(&mut self, op: Op) {
+    pub(super) fn push(&mut self, op: Op) {
         let number = self.program.ops.len() as u32;
         let op = Op { group: self.group, ..op };
         let mut read = |slot| self.reads.push((slot, number));
@@ -258,6 +271,24 @@ impl Build<'_> {
                     read(s.q);
                     if s.code == StoreCode::Accumulator {
                         [s.d, s.extra].iter().for_each(|o| read(o.slot));
+                    }
+                }
+            }
+            Code::MemoryRead => {
+                let memory = &self.program.memories[op.ext as usize];
+                let port = &memory.reads[op.count as usize];
+                read(port.arst.slot);
+                if memory.kind.reads[op.count as usize].clock.is_none() {
+                    [port.address.slot, memory.contents].into_iter().for_each(read);
+                }
+            }
+            Code::MemoryWrite => {
+                let memory = &self.program.memories[op.ext as usize];
+                read(memory.contents + 1);
+                for (_, port) in memory.kind.writes.iter().zip(&memory.writes).filter(|p| p.0.clock.is_none()) {
+                    read(port.address.slot);
+                    for words in [&port.data, &port.enable] {
+                        self.program.pool[words.clone()].iter().for_each(|(o, _)| read(o.slot));
                     }
                 }
             }
@@ -341,6 +372,7 @@ impl Build<'_> {
                 stores.push((cell, self.program.stores.len()));
                 self.store(cell);
             }
+            CellKind::Memory(ref m) => self.memory(cell, m),
             _ => self.push_general(cell),
         }
     }
@@ -495,7 +527,7 @@ impl Build<'_> {
         if self.netlist.cell(cell).kind.input_width(pin) == 1 { self.direct(slices) } else { None }
     }
 
-    fn clock(&mut self, at: Operand, level: bool) -> &mut ClockPin {
+    pub(super) fn clock(&mut self, at: Operand, level: bool) -> &mut ClockPin {
         let clocks = &mut self.program.clocks;
         let number = *self.clock_of.entry((at.slot, at.shift, level)).or_insert_with(|| {
             let (rising, falling, unknown) = (vec![], vec![], vec![]);
@@ -510,6 +542,10 @@ impl Build<'_> {
         for cell in self.netlist.cell_ids() {
             let kind = &self.netlist.cell(cell).kind;
             if kind.init().is_none() {
+                continue;
+            }
+            if let CellKind::Memory(memory) = kind {
+                self.memory_controls(cell, memory);
                 continue;
             }
             for (pin, spec) in kind.inputs().iter().enumerate() {

@@ -1,6 +1,7 @@
 //! The present values, one operation, one change.
 
 use super::super::UnknownControl;
+use super::memory::Memories;
 use super::program::{Code, General, Meta, ONE, Op, Operand, Part, Program, Store, StoreCode, flag};
 use crate::cell::{GateOp, arith, clocked, counter, evaluate, storage};
 use crate::netlist::NetId;
@@ -48,6 +49,7 @@ pub(super) struct State {
     pub batch: Vec<u32>,
     scratch_in: Vec<Word>,
     scratch_out: Vec<Word>,
+    pub memories: Memories,
 }
 
 impl State {
@@ -90,11 +92,12 @@ impl State {
             batch: Vec::with_capacity(p.groups.iter().map(ExactSizeIterator::len).max().unwrap_or(0)),
             scratch_in: vec![Word::ZERO; most(&|g| g.pins.iter().map(pin_words).sum())],
             scratch_out: vec![Word::ZERO; 2 * most(&|g| g.outputs.iter().map(|o| words(o.1)).sum())],
+            memories: Memories::new(p),
         }
     }
 
     #[inline(always)]
-    fn read(&self, o: Operand, m: u64) -> Word {
+    pub fn read(&self, o: Operand, m: u64) -> Word {
         let w = self.slots[o.slot as usize];
         if o.part == Part::Whole { w } else { part_of(w, o, m) }
     }
@@ -115,6 +118,15 @@ impl State {
         }
         *at = new;
         self.events += 1;
+        self.wake(p, slot);
+        if self.meta[slot as usize].flags != 0 {
+            self.notify(p, slot, old, new);
+        }
+    }
+
+    /// Marks the operations that read a slot.
+    #[inline(always)]
+    pub fn wake(&mut self, p: &Program, slot: u32) {
         let meta = &self.meta[slot as usize];
         if meta.mask != 0 {
             let word = meta.word as usize;
@@ -126,9 +138,6 @@ impl State {
                 self.dirty[wake.word as usize] |= wake.mask;
                 self.summary[wake.word as usize / 64] |= 1 << (wake.word % 64);
             }
-        }
-        if meta.flags != 0 {
-            self.notify(p, slot, old, new);
         }
     }
 
@@ -262,6 +271,8 @@ impl State {
                     y
                 })
             }
+            Code::MemoryRead => return self.memory_read::<STAGED>(p, op),
+            Code::MemoryWrite => return self.memory_write::<STAGED>(p, op),
             Code::General => return self.general::<STAGED>(p, op),
         };
         self.out::<STAGED>(p, op.y, y);
@@ -295,8 +306,10 @@ impl State {
     pub fn sample(&mut self, p: &Program, number: u32) {
         let s = &p.stores[number as usize];
         let m = mask(s.width);
-        if s.code == StoreCode::General {
-            return self.sample_general(p, s.general);
+        match s.code {
+            StoreCode::General => return self.sample_general(p, s.general),
+            StoreCode::Memory => return self.memories.edges.push((s.general, s.q)),
+            _ => {}
         }
         let q = self.slots[s.q as usize];
         let en = self.control(s.en);
@@ -358,6 +371,9 @@ impl State {
             self.put(p, slot, word);
         }
         self.staged.clear();
+        if self.memories.is_waiting() {
+            self.take_memories(p);
+        }
     }
 
     /// Fills the input scratch with the pins of a general cell; returns where each begins and ends.

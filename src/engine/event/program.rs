@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::cell::{CellKind, GateOp};
+use crate::cell::{CellKind, GateOp, Memory};
 use crate::netlist::{CellId, NetId};
 use crate::value::Word;
 
@@ -30,7 +30,7 @@ pub(super) struct Operand {
 pub(super) const ZERO: Operand = Operand { slot: 0, shift: 0, part: Part::Whole };
 pub(super) const ONE: Operand = Operand { slot: 1, shift: 0, part: Part::Whole };
 
-/// What an operation does. All but the last two have operands of at most 64 bits.
+/// What an operation does. All but the last four have operands of at most 64 bits.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Code {
     Buf,
@@ -62,6 +62,10 @@ pub(super) enum Code {
     Level,
     /// `count` pieces from the pool, with their widths, one above another.
     Gather,
+    /// Read port `count` of memory number `ext`: what it does without a clock.
+    MemoryRead,
+    /// The write ports of memory number `ext` that have no clock.
+    MemoryWrite,
     /// Cell number `ext` of the general ones.
     General,
 }
@@ -92,6 +96,8 @@ pub(super) enum StoreCode {
     Flop,
     Counter,
     Accumulator,
+    /// Port `q` of memory number `general`, those that write after those that read.
+    Memory,
     General,
 }
 
@@ -127,6 +133,40 @@ pub(super) struct General {
     pub pins: Vec<Vec<(u32, u32, u32)>>,
     /// First slot and width of each output.
     pub outputs: Vec<(u32, u32)>,
+}
+
+/// Some machine words of a pin, as a range of `Program::pool`.
+pub(super) type Pool = Range<usize>;
+
+/// A port of a memory that reads.
+#[derive(Clone, Debug)]
+pub(super) struct MemoryRead {
+    pub en: Operand,
+    pub arst: Operand,
+    pub srst: Operand,
+    pub address: Operand,
+    /// Where what it gives begins: a slot and a bit of it.
+    pub slot: u32,
+    pub shift: u32,
+}
+
+/// A port of a memory that writes.
+#[derive(Clone, Debug)]
+pub(super) struct MemoryWrite {
+    pub address: Operand,
+    pub data: Pool,
+    pub enable: Pool,
+}
+
+/// A memory.
+#[derive(Clone, Debug)]
+pub(super) struct MemoryCell {
+    pub kind: Box<Memory>,
+    /// A slot without a net whose readers are what a change of the contents wakes. Those of the next are what a change
+    /// by a port with a clock wakes.
+    pub contents: u32,
+    pub reads: Vec<MemoryRead>,
+    pub writes: Vec<MemoryWrite>,
 }
 
 /// A bit at which edges are looked for.
@@ -213,6 +253,7 @@ pub(super) struct Program {
     pub group_gathers: Vec<Vec<u32>>,
     pub stores: Vec<Store>,
     pub generals: Vec<General>,
+    pub memories: Vec<MemoryCell>,
     pub clocks: Vec<ClockPin>,
     pub controls: Vec<ControlPin>,
     pub delays: Vec<DelayCell>,

@@ -3,6 +3,7 @@
 
 use super::eval::{State, bit_of};
 use super::program::Program;
+use crate::cell::memory::merged;
 use crate::value::Word;
 
 /// A wave that does not end.
@@ -153,6 +154,10 @@ impl State {
         let mut slots = Vec::new();
         for _ in 0..64 {
             slots.extend(self.staged.iter().filter(|(slot, new)| self.slots[*slot as usize] != *new).map(|s| s.0));
+            let read = self.memories.parts.iter();
+            slots.extend(
+                read.filter(|r| merged(self.slots[r.0 as usize], r.1, r.2) != self.slots[r.0 as usize]).map(|r| r.0),
+            );
             self.take(p);
             if self.combinational(p).is_err() {
                 break;
@@ -196,5 +201,8 @@ impl State {
             }
         }
         self.pending.clear();
+        if !self.memories.edges.is_empty() {
+            self.sample_memories(p);
+        }
     }
 }

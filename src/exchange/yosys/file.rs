@@ -156,6 +156,19 @@ pub struct Net<'a> {
     pub source: Option<Term>,
 }
 
+/// A memory whose ports are cells of their own.
+#[derive(Debug)]
+pub struct Declared<'a> {
+    /// Its name.
+    pub name: Cow<'a, str>,
+    /// Bits of a word.
+    pub width: u32,
+    /// Words.
+    pub size: u32,
+    /// The address of the first.
+    pub offset: i32,
+}
+
 /// A module.
 #[derive(Default, Debug)]
 pub struct Module<'a> {
@@ -175,6 +188,8 @@ pub struct Module<'a> {
     pub cells: Vec<Cell<'a>>,
     /// Its nets.
     pub nets: Vec<Net<'a>>,
+    /// Its memories, as far as they are no cells.
+    pub memories: Vec<Declared<'a>>,
     /// One more than the highest number of a bit.
     pub bit_end: u32,
     bits: Vec<Bit>,

@@ -112,6 +112,8 @@ pub(super) struct Import<'f, 'a> {
     pub own_constants: bool,
     /// How many cells, nets and instances there are so far.
     made: u64,
+    /// How many bits memories hold so far.
+    memory_bits: u64,
     /// Whether a limit was passed.
     full: bool,
     /// The cell that is being lowered, among the origins.
@@ -143,6 +145,7 @@ pub fn import(
         ignored: BTreeMap::new(),
         own_constants: false,
         made: 0,
+        memory_bits: 0,
         full: false,
         at: NONE,
     };
@@ -359,6 +362,7 @@ impl<'f, 'a> Import<'f, 'a> {
         }
         let origin = self.plan(here.number).origin;
         self.made += 1 + (here.module.nets.len() + here.module.cells.len()) as u64;
+        let mut parts = Vec::new();
         for (i, cell) in here.module.cells.iter().enumerate() {
             if self.full {
                 return;
@@ -369,14 +373,40 @@ impl<'f, 'a> Import<'f, 'a> {
             self.at = origin + i as u32;
             if let Type::Module(number) = *self.kind(cell.kind) {
                 self.instance(here, cell, number);
+            } else if let Type::MemoryPart = self.kind(cell.kind) {
+                parts.push(i);
             } else if let Err(why) = cells::lower(self, here, cell) {
-                let kind = self.file.terms.text(cell.kind);
-                let fault = Diagnostic::new(why.code, format!("`{}`, a `{kind}`: {}", cell.name, why.message));
-                let fault = self.with_source(fault.at(self.span_of(&cell.name), "this cell"), cell);
-                self.diagnostics.push(why.help.into_iter().fold(fault, Diagnostic::help));
+                self.tell(cell, why);
             }
             self.origins.fill(self.builder.cell_count(), self.at);
         }
+        if !parts.is_empty() {
+            cells::memory::parts(self, here, &parts, Self::tell);
+            self.origins.fill(self.builder.cell_count(), self.at);
+        }
+    }
+
+    /// Says why a cell cannot be taken.
+    fn tell(&mut self, cell: &Cell<'a>, why: cells::Fault) {
+        let kind = self.file.terms.text(cell.kind);
+        let fault = Diagnostic::new(why.code, format!("`{}`, a `{kind}`: {}", cell.name, why.message));
+        let fault = self.with_source(fault.at(self.span_of(&cell.name), "this cell"), cell);
+        self.diagnostics.push(why.help.into_iter().fold(fault, Diagnostic::help));
+    }
+
+    /// What is lowered from now on comes from cell `at` of a module, as far as what has been is told of.
+    pub fn at_cell(&mut self, here: &Here<'f, 'a>, at: usize) {
+        self.origins.fill(self.builder.cell_count(), self.at);
+        self.at = self.plan(here.number).origin + at as u32;
+    }
+
+    /// Counts the bits of a memory; returns whether there is room for them.
+    pub fn take_memory(&mut self, cell: &str, bits: u64) -> bool {
+        self.memory_bits = self.memory_bits.saturating_add(bits);
+        if self.memory_bits > self.limits.bits {
+            self.too_large("bits", "bits in memories", self.limits.bits, self.span_of(cell));
+        }
+        self.memory_bits <= self.limits.bits
     }
 
     /// Says where a cell comes from.
@@ -421,6 +451,10 @@ impl<'f, 'a> Import<'f, 'a> {
                 continue;
             };
             let (outer, inner_bits) = (here.module.bits(range), inner.bits(port.bits));
+            // `.port()`: connected to nothing
+            if outer.is_empty() {
+                continue;
+            }
             if outer.len() != inner_bits.len() {
                 let message =
                     format!("`{}` connects {} bits to `{name}` of {}", cell.name, outer.len(), inner_bits.len());

@@ -7,6 +7,7 @@ mod arithmetic;
 mod debug;
 mod gates;
 mod logic;
+pub(super) mod memory;
 mod select;
 mod storage;
 
@@ -30,6 +31,8 @@ pub(super) enum Type {
     Cell(Lower),
     /// A flip-flop or latch of one bit, as its name says.
     Store(Box<Store>),
+    /// A part of a memory, which is lowered with the others.
+    MemoryPart,
     /// It has no effect here, and why.
     Ignored(&'static str),
     /// It cannot be simulated, and what to do.
@@ -53,7 +56,7 @@ impl From<String> for Fault {
 
 /// What a type of Yosys' own is.
 pub(super) fn builtin(name: &str) -> Type {
-    let families = [logic::find, arithmetic::find, select::find, gates::find, debug::find];
+    let families = [logic::find, arithmetic::find, select::find, gates::find, memory::find, debug::find];
     if let Some(lower) = families.iter().find_map(|find| find(name)) {
         return Type::Cell(lower);
     }
@@ -63,13 +66,13 @@ pub(super) fn builtin(name: &str) -> Type {
     if let Some(lower) = storage::find(name) {
         return Type::Cell(lower);
     }
+    if memory::is_part(name) {
+        return Type::MemoryPart;
+    }
     const FORMAL: &str = "it is for formal proofs: nothing says what it gives in a simulation";
     match name {
         "$scopeinfo" => Type::Ignored("names of scopes, which the nets have too"),
         "$specify2" | "$specify3" | "$specrule" => Type::Ignored("timing"),
-        "$mem" | "$mem_v2" | "$memrd" | "$memrd_v2" | "$memwr" | "$memwr_v2" | "$meminit" | "$meminit_v2" => {
-            Type::Refused("memories are not taken yet", "let Yosys make flip-flops of it: `memory_map`")
-        }
         "$fsm" => Type::Refused("state machines are to be made logic first", "run `fsm_map`"),
         "$live" | "$fair" | "$anyconst" | "$anyseq" | "$anyinit" | "$allconst" | "$allseq" | "$initstate"
         | "$equiv" | "$future_ff" | "$original_tag" | "$overwrite_tag" | "$get_tag" | "$set_tag" => {
@@ -94,6 +97,8 @@ pub(super) fn lower<'f, 'a>(import: &mut Import<'f, 'a>, here: &Here<'f, 'a>, ce
         Type::Refused(why, help) => {
             Err(Fault { code: Code::UnsupportedCell, message: why.into(), help: Some(help.into()) })
         }
+        // with all of its module
+        Type::MemoryPart => Ok(()),
         Type::Module(_) | Type::Unknown => Err(Fault {
             code: Code::UnknownType,
             message: "the file has no such module, and Yosys no such cell".into(),

@@ -6,7 +6,7 @@ use std::fmt;
 use serde::de::{self, DeserializeSeed, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 
 use super::super::fields::{Fields, List, Object, Text};
-use super::{Bit, Cell, File, Module, Net, Port, Range, Setting, Term, Terms};
+use super::{Bit, Cell, Declared, File, Module, Net, Port, Range, Setting, Term, Terms};
 
 impl<'de> Fields<'de> for &mut File<'de> {
     const WHAT: &'static str = "an object with `modules`";
@@ -81,6 +81,7 @@ impl<'de> Fields<'de> for InModule<'_, 'de> {
             }
             "ports" => map.next_value_seed(Object(Ports(self)))?,
             "cells" => map.next_value_seed(Object(Cells(self)))?,
+            "memories" => map.next_value_seed(Object(Memories(self.module)))?,
             "netnames" => map.next_value_seed(Object(Nets(self)))?,
             _ => _ = map.next_value::<IgnoredAny>()?,
         }
@@ -309,6 +310,33 @@ impl<'de> Fields<'de> for Connections<'_, '_, 'de> {
         let name = self.0.terms.add(name);
         let bits = self.0.bits(map)?;
         self.0.module.connections.push((name, bits));
+        Ok(())
+    }
+}
+
+struct Memories<'f, 'de>(&'f mut Module<'de>);
+
+impl<'de> Fields<'de> for Memories<'_, 'de> {
+    const WHAT: &'static str = "an object of memories";
+
+    fn field<A: MapAccess<'de>>(&mut self, _: &str, name: Cow<'de, str>, map: &mut A) -> Result<(), A::Error> {
+        let mut memory = Declared { name, width: 0, size: 0, offset: 0 };
+        map.next_value_seed(Object(&mut memory))?;
+        self.0.memories.push(memory);
+        Ok(())
+    }
+}
+
+impl<'de> Fields<'de> for &mut Declared<'de> {
+    const WHAT: &'static str = "a memory";
+
+    fn field<A: MapAccess<'de>>(&mut self, key: &str, _: Cow<'de, str>, map: &mut A) -> Result<(), A::Error> {
+        match key {
+            "width" => self.width = map.next_value()?,
+            "size" => self.size = map.next_value()?,
+            "start_offset" => self.offset = map.next_value()?,
+            _ => _ = map.next_value::<IgnoredAny>()?,
+        }
         Ok(())
     }
 }

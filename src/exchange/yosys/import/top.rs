@@ -1,8 +1,16 @@
 //! Which module is run, and that none contains itself.
 
+use std::collections::HashSet;
+
 use super::Import;
 use crate::diag::{Code, Diagnostic, Span};
 use crate::exchange::yosys::cells::Type;
+
+/// What a module was made of by giving parameters: `name` of `$paramod\\name\\W=…` and `$paramod$<hash>\\name`.
+fn original(name: &str) -> Option<&str> {
+    let (hash, rest) = name.strip_prefix("$paramod")?.split_once('\\')?;
+    if hash.is_empty() { rest.split('\\').next() } else { Some(rest) }
+}
 
 impl Import<'_, '_> {
     /// The module to run.
@@ -27,7 +35,12 @@ impl Import<'_, '_> {
                 used[number] = true;
             }
         }
-        let free: Vec<usize> = (0..modules.len()).filter(|&i| !used[i] && !modules[i].black_box).collect();
+        // Yosys leaves the module that it made others of, which have its name and parameters
+        let originals: HashSet<&str> = modules.iter().filter_map(|m| original(&m.name)).collect();
+        let mut free: Vec<usize> = (0..modules.len()).filter(|&i| !used[i] && !modules[i].black_box).collect();
+        if free.len() > 1 && free.iter().any(|&i| !originals.contains(modules[i].name.as_ref())) {
+            free.retain(|&i| !originals.contains(modules[i].name.as_ref()));
+        }
         if let [only] = free[..] {
             return Some(only);
         }
