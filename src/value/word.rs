@@ -15,6 +15,7 @@
 /// Where no bit is unknown, `v` is the number itself. Every operator reads z as x and never returns z
 /// (IEEE 1364-2005, 5.1.10, tables 5-6 to 5-10).
 #[derive(Clone, Copy, PartialEq, Eq, Default, Hash)]
+#[repr(C)]
 pub struct Word {
     /// The value plane.
     pub v: u64,

@@ -2,6 +2,7 @@
 #![allow(dead_code)] // each test uses a part
 
 pub mod bench;
+pub mod design;
 pub mod feed;
 pub mod proofs;
 

@@ -123,10 +123,11 @@ impl Program {
     /// Lays out a netlist.
     ///
     /// # Errors
-    /// The first cell that the batch engine cannot evaluate: a delay.
+    /// The first cell that the batch engine cannot evaluate: a delay or a memory.
     pub fn new(netlist: &Netlist) -> Result<Program, CellId> {
-        let delays = |kind: &CellKind| matches!(kind, CellKind::Delay { .. } | CellKind::RcDelay(_));
-        match netlist.cell_ids().find(|&c| delays(&netlist.cell(c).kind)) {
+        let foreign =
+            |kind: &CellKind| matches!(kind, CellKind::Delay { .. } | CellKind::RcDelay(_) | CellKind::Memory(_));
+        match netlist.cell_ids().find(|&c| foreign(&netlist.cell(c).kind)) {
             Some(cell) => Err(cell),
             None => Ok(Build::new(netlist).finish()),
         }

@@ -1,0 +1,274 @@
+//! Random netlists, before any order is chosen for their cells.
+
+use discreta::Value;
+use discreta::cell::{
+    Accumulator, AddOp, Alu, CellKind, Clock, CompareOp, Counter, DivideOp, Edge, Flop, GateOp, Rc, ShiftOp,
+};
+use discreta::netlist::{Builder, Bus, Netlist};
+
+use super::Rng;
+
+/// Bits of signals, the least significant first.
+pub type Operand = Vec<(usize, u32, u32)>;
+
+pub struct Cell {
+    pub kind: CellKind,
+    pub inputs: Vec<Operand>,
+    pub outputs: Vec<usize>,
+}
+
+/// A netlist before any order is chosen for it.
+pub struct Design {
+    /// Name and width; the first `inputs` are the circuit's inputs.
+    pub signals: Vec<(String, u32)>,
+    pub inputs: usize,
+    pub cells: Vec<Cell>,
+    /// Whether what acts at once reads only what comes before it.
+    ordered: bool,
+}
+
+/// The signals that are clocks.
+pub const CLOCKS: std::ops::Range<usize> = 0..3;
+
+fn flop(rng: &mut Rng, width: u32) -> Flop {
+    Flop {
+        edge: *rng.pick(&[Edge::Rising, Edge::Falling]),
+        set_value: rng.known(width),
+        reset_value: rng.known(width),
+        init: if rng.one_in(2) { Value::unknown(width) } else { rng.known(width) },
+    }
+}
+
+fn kind(rng: &mut Rng) -> CellKind {
+    use CellKind as K;
+    let width = *rng.pick(&[1, 1, 1, 4, 4, 70]);
+    let gate = *rng.pick(&[GateOp::And, GateOp::Or, GateOp::Xor, GateOp::Nand, GateOp::Nor, GateOp::Xnor]);
+    let state = flop(rng, width);
+    match rng.below(20) {
+        0..=5 => K::Gate { op: gate, width, inputs: 2 + rng.below(3) as u32 },
+        6 => K::Gate { op: *rng.pick(&[GateOp::Not, GateOp::Buf]), width, inputs: 1 },
+        7 => K::Mux { width, inputs: 2 + rng.below(3) as u32 },
+        8 => K::AndOr { width, inputs: 2 },
+        9 => K::FullAdder,
+        10 => K::Adder { op: *rng.pick(&[AddOp::Add, AddOp::Sub, AddOp::AddSub]), width },
+        11 => K::Compare { op: *rng.pick(&[CompareOp::Eq, CompareOp::Lt]), width, signed: rng.one_in(2) },
+        12 => K::Sr { set_dominates: rng.one_in(2), init: Value::unknown(1) },
+        13 => K::Latch(Box::new(state)),
+        14..=16 => K::Flop(Box::new(state)),
+        17 => K::Counter(Box::new(Counter { edge: state.edge, step: Value::from_u64(1, width), init: state.init })),
+        18 => K::Accumulator(Box::new(Accumulator { edge: state.edge, init: state.init })),
+        _ if rng.one_in(2) => K::Delay { width, ticks: 1 + rng.below(5), init: None },
+        _ => K::RcDelay(Rc { tau: 2.5, rise: 0.6, fall: 0.4 }),
+    }
+}
+
+/// Any kind but those that act by time.
+fn any_kind(rng: &mut Rng) -> CellKind {
+    use CellKind as K;
+    let width = *rng.pick(&[1, 1, 1, 4, 4, 8, 64, 70]);
+    let narrow = *rng.pick(&[1, 3, 4, 8, 31, 64]);
+    let other = *rng.pick(&[1, 2, 5, 8, 64]);
+    let signed = rng.one_in(2);
+    match rng.below(30) {
+        0 => K::Gate { op: GateOp::And, width: 1, inputs: *rng.pick(&[3, 64, 70]) },
+        1 => K::Mux { width, inputs: 1 + rng.below(9) as u32 },
+        2 => K::AndOr { width, inputs: 1 + rng.below(4) as u32 },
+        3 => K::HalfAdder,
+        4 => K::Multiply { a_width: narrow, b_width: other, signed },
+        5 => {
+            use CompareOp::{Differs, Eq, Ge, Gt, Le, Lt, Ne, Same};
+            K::Compare { op: *rng.pick(&[Eq, Ne, Lt, Le, Gt, Ge, Same, Differs]), width, signed }
+        }
+        6 => {
+            use ShiftOp::{Both, Left, Part, PartSigned, Right, RightSigned};
+            let op = *rng.pick(&[Left, Right, RightSigned, Both, Part, PartSigned]);
+            K::Shift { op, a_width: narrow, b_width: other, width: *rng.pick(&[1, 4, 64]) }
+        }
+        7 => {
+            use DivideOp::{Floor, Modulo, Quotient, Remainder};
+            K::Divide { op: *rng.pick(&[Quotient, Remainder, Floor, Modulo]), width: narrow, signed }
+        }
+        8 => K::OneHotMux { width, inputs: *rng.pick(&[1, 2, 3, 5, 66]) },
+        9 => K::Demux { width, select: 1 + rng.below(3) as u32 },
+        10 => K::BitMux { width },
+        11 => K::BitSame { width },
+        12 => {
+            let product = |rng: &mut Rng| (rng.word() & 15, rng.word() & 15);
+            K::Products { width: 4, table: (0..1 + rng.below(3)).map(|_| product(rng)).collect() }
+        }
+        13 => K::CarrySave { width },
+        14 => K::Carry { width },
+        15 => K::Alu(Alu { a_width: *rng.pick(&[1, 4, 70]), b_width: *rng.pick(&[1, 4, 64]), width, signed }),
+        16 => K::IsZero { width },
+        17 => K::EdgeFlop(Box::new(flop(rng, width))),
+        18 => K::Adder { op: *rng.pick(&[AddOp::Add, AddOp::Sub, AddOp::AddSub]), width },
+        19 => K::Constant(Box::new(rng.four_valued(4, 5))),
+        _ => loop {
+            let kind = kind(rng);
+            if !matches!(kind, K::Delay { .. } | K::RcDelay(_)) {
+                break kind;
+            }
+        },
+    }
+}
+
+impl Design {
+    pub fn new(rng: &mut Rng) -> Design {
+        let mut signals: Vec<(String, u32)> =
+            ["clk0", "clk1", "clk2", "s", "r", "p", "q"].map(|n| (n.into(), 1)).into();
+        signals.extend([("a".to_string(), 4), ("b".to_string(), 4), ("w".to_string(), 70)]);
+        let inputs = signals.len();
+        let mut cells = Vec::new();
+        for i in 0..5 + rng.below(50) {
+            let kind = if i == 0 { CellKind::Clock(Clock { period: 7, high: 3, phase: 2 }) } else { kind(rng) };
+            let mut outputs = Vec::new();
+            for (pin, name) in kind.outputs().iter().enumerate() {
+                outputs.push(signals.len());
+                signals.push((format!("n{i}_{name}"), kind.output_width(pin)));
+            }
+            cells.push(Cell { kind, inputs: vec![], outputs });
+        }
+        if rng.one_in(2) {
+            let bus = signals.len();
+            signals.push(("bus".into(), 4));
+            let driver = || Cell { kind: CellKind::Tristate { width: 4 }, inputs: vec![], outputs: vec![bus] };
+            cells.extend((0..1 + rng.below(3)).map(|_| driver()));
+        }
+        let mut rings = Vec::new();
+        if rng.one_in(8) {
+            // gates that feed back on themselves, and do not settle once `p` and a signal of the circuit let them
+            for name in ["ring_b", "ring_a"] {
+                let kind = CellKind::Gate { op: GateOp::Nand, width: 1, inputs: 3 };
+                let (y, other) = (signals.len(), rng.below(signals.len() as u64) as usize);
+                rings.push((cells.len(), vec![vec![(5, 0, 1), (other, 0, 1), (y, 0, 1)]]));
+                signals.push((name.into(), 1));
+                cells.push(Cell { kind, inputs: vec![], outputs: vec![y] });
+            }
+        }
+        let mut design = Design { signals, inputs, cells, ordered: false };
+        // how often a gate reads what comes after it
+        let feedback = *rng.pick(&[u64::MAX, 60, 20, 8, 3]);
+        for c in 0..design.cells.len() {
+            let operands = design.operands(rng, c, feedback);
+            design.cells[c].inputs = operands;
+        }
+        for (c, inputs) in rings {
+            design.cells[c].inputs = inputs;
+        }
+        design
+    }
+
+    /// A netlist of cells of all kinds but delays, without feedback through gates.
+    pub fn ordered(rng: &mut Rng) -> Design {
+        let mut signals: Vec<(String, u32)> =
+            ["clk0", "clk1", "clk2", "s", "r", "p", "q"].map(|n| (n.into(), 1)).into();
+        signals.extend([("a".to_string(), 4), ("b".to_string(), 4), ("w".to_string(), 70)]);
+        let inputs = signals.len();
+        let mut cells = Vec::new();
+        if rng.one_in(2) {
+            let bus = signals.len();
+            signals.push(("bus".into(), 4));
+            let driver = || Cell { kind: CellKind::Tristate { width: 4 }, inputs: vec![], outputs: vec![bus] };
+            cells.extend((0..1 + rng.below(3)).map(|_| driver()));
+        }
+        for i in 0..5 + rng.below(50) {
+            let kind = if i == 0 { CellKind::Clock(Clock { period: 7, high: 3, phase: 2 }) } else { any_kind(rng) };
+            let mut outputs = Vec::new();
+            for (pin, name) in kind.outputs().iter().enumerate() {
+                outputs.push(signals.len());
+                signals.push((format!("n{i}_{name}"), kind.output_width(pin)));
+            }
+            cells.push(Cell { kind, inputs: vec![], outputs });
+        }
+        let mut design = Design { signals, inputs, cells, ordered: true };
+        for c in 0..design.cells.len() {
+            let operands = design.operands(rng, c, u64::MAX);
+            design.cells[c].inputs = operands;
+        }
+        design
+    }
+
+    fn operands(&self, rng: &mut Rng, c: usize, feedback: u64) -> Vec<Operand> {
+        let Cell { kind, outputs, .. } = &self.cells[c];
+        let stores = kind.edge().is_some();
+        let mut operands = Vec::new();
+        for (pin, spec) in kind.inputs().iter().enumerate() {
+            let width = kind.input_width(pin);
+            let optional = (kind.init().is_some() || matches!(kind, CellKind::Adder { .. }))
+                && !matches!(spec.name, "clk" | "d" | "in" | "a" | "b" | "s" | "r" | "sel" | "sub" | "en")
+                || (spec.name == "en" && stores);
+            if optional && !rng.one_in(3) {
+                operands.push(vec![]);
+            } else if spec.name == "clk" && !rng.one_in(4) {
+                operands.push(vec![(rng.below(CLOCKS.end as u64) as usize, 0, 1)]);
+            } else if let Some(same) = self.used_before(rng, c, width).filter(|o| self.allows(c, pin, o)) {
+                operands.push(same);
+            } else if self.ordered {
+                let end = if kind.acts_at_once(pin, |_| true) { self.before(c) } else { self.signals.len() };
+                operands.push(self.operand(rng, width, end));
+            } else {
+                let anything = stores || matches!(kind, CellKind::Delay { .. } | CellKind::RcDelay(_));
+                let end = if anything || rng.one_in(feedback) { self.signals.len() } else { outputs[0] };
+                operands.push(self.operand(rng, width, end));
+            }
+        }
+        operands
+    }
+
+    /// The signals that what acts at once in a cell may read: those of the cells before it.
+    fn before(&self, c: usize) -> usize {
+        if matches!(self.cells[c].kind, CellKind::Tristate { .. }) { self.inputs } else { self.cells[c].outputs[0] }
+    }
+
+    fn allows(&self, c: usize, pin: usize, operand: &Operand) -> bool {
+        !self.ordered || !self.cells[c].kind.acts_at_once(pin, |_| true) || operand.iter().all(|p| p.0 < self.before(c))
+    }
+
+    /// At times what a cell before this one reads, so that both read the same bits brought together.
+    fn used_before(&self, rng: &mut Rng, c: usize, width: u32) -> Option<Operand> {
+        let wide = |o: &&Operand| o.len() > 1 && o.iter().map(|p| p.2).sum::<u32>() == width;
+        let before: Vec<&Operand> = self.cells[..c].iter().flat_map(|cell| &cell.inputs).filter(wide).collect();
+        (!before.is_empty() && rng.one_in(3)).then(|| (*rng.pick(&before)).clone())
+    }
+
+    /// `width` bits of signals below `end`, in as many pieces as it takes.
+    fn operand(&self, rng: &mut Rng, width: u32, end: usize) -> Operand {
+        let mut operand = Vec::new();
+        let mut left = width;
+        while left > 0 {
+            let signal = rng.below(end as u64) as usize;
+            let available = self.signals[signal].1;
+            let take =
+                if rng.one_in(3) { 1 + rng.below(u64::from(available.min(left))) as u32 } else { available.min(left) };
+            operand.push((signal, rng.below(u64::from(available - take + 1)) as u32, take));
+            left -= take;
+        }
+        operand
+    }
+
+    /// The netlist with signals and cells in random order.
+    pub fn build(&self, rng: &mut Rng) -> Netlist {
+        let mut b = Builder::new("top");
+        let mut order: Vec<usize> = (0..self.signals.len()).collect();
+        rng.shuffle(&mut order);
+        let mut buses = vec![Bus::default(); self.signals.len()];
+        for i in order {
+            let (name, width) = &self.signals[i];
+            buses[i] = if i < self.inputs { b.input(name, *width) } else { b.net(name, *width) };
+        }
+        let mut order: Vec<usize> = (0..self.cells.len()).collect();
+        rng.shuffle(&mut order);
+        for i in order {
+            let cell = &self.cells[i];
+            let pin = |operand: &Operand| {
+                let parts: Vec<Bus> = operand.iter().map(|&(s, lo, width)| buses[s].slice(lo, width)).collect();
+                Bus::concat(&parts)
+            };
+            let (inputs, outputs) =
+                (cell.inputs.iter().map(pin).collect(), cell.outputs.iter().map(|&s| buses[s].clone()).collect());
+            let top = b.top();
+            b.cell(top, &format!("cell{i}"), cell.kind.clone(), inputs, outputs);
+        }
+        b.finish().unwrap_or_else(|faults| panic!("{faults:?}"))
+    }
+}
