@@ -188,12 +188,8 @@ fn the_shipped_circuits_are_as_in_the_event_engine_in_every_lane() {
             let path = entry.unwrap().path();
             let circuit = load(&path).unwrap();
             let netlist = &circuit.netlist;
-            let inputs: Vec<(String, u32)> = netlist
-                .signals()
-                .iter()
-                .filter(|s| s.drive.is_some())
-                .map(|s| (s.name.clone(), s.width))
-                .collect();
+            let inputs: Vec<(String, u32)> =
+                netlist.signals().iter().filter(|s| s.drive.is_some()).map(|s| (s.name.clone(), s.width)).collect();
             let mut rng = Rng::named(&path.to_string_lossy());
             let mut pair = Pair::new(netlist, &mut rng);
             let label = path.display().to_string();

@@ -16,3 +16,5 @@ pub use file::{Clock, Edge, EdgeOf, Expect, Limit, ScenarioFile, Simulation, Sti
 pub use resolve::{DEFAULT_CYCLES, DrivenClock, Event, Expectation, Rule, Scenario};
 pub use run::{Control, Failure, Found, Outcome, RunError, Stop, run};
 pub use time::{Percent, TimeText};
+
+pub(crate) use run::value;

@@ -40,7 +40,9 @@ impl FromStr for Over {
         const WRITE: &str = "write it as NET=A..B, NET=A..B..STEP or NET=A,B,C";
         // a name as Verilog escapes it may hold anything up to white space
         let split = match text.strip_prefix('\\') {
-            Some(escaped) => escaped.split_once(char::is_whitespace).and_then(|(net, rest)| Some((net, rest.trim_start().strip_prefix('=')?))),
+            Some(escaped) => escaped
+                .split_once(char::is_whitespace)
+                .and_then(|(net, rest)| Some((net, rest.trim_start().strip_prefix('=')?))),
             None => text.split_once('='),
         };
         let (net, values) = split.map(|(net, values)| (net.trim(), values.trim())).ok_or(WRITE)?;
@@ -127,7 +129,12 @@ impl Over {
             Values::Range { first, step, .. } => {
                 word(&self.text(0))?;
                 word(&self.text(self.count() - 1))?;
-                Ok(Axis::Range { first: *first, step: *step, count: self.count(), mask: crate::value::word::mask(width) })
+                Ok(Axis::Range {
+                    first: *first,
+                    step: *step,
+                    count: self.count(),
+                    mask: crate::value::word::mask(width),
+                })
             }
             Values::List(list) => list.iter().map(|text| word(text)).collect::<Result<_, _>>().map(Axis::List),
         }

@@ -91,8 +91,8 @@ pub enum SweepError {
     Interrupted(u64),
     /// The rows cannot be taken.
     Sink(io::Error),
-    /// `against` is for the batch engine alone, and this delay is not for it.
-    Delay(CellId),
+    /// `against` is for the batch engine alone, and it does not take this cell.
+    Foreign(CellId),
 }
 
 impl fmt::Display for SweepError {
@@ -100,7 +100,9 @@ impl fmt::Display for SweepError {
         match self {
             SweepError::Interrupted(row) => write!(f, "interrupted at row {row}"),
             SweepError::Sink(error) => error.fmt(f),
-            SweepError::Delay(_) => write!(f, "a circuit with delays cannot be compared with an algorithm"),
+            SweepError::Foreign(_) => {
+                write!(f, "a circuit with delays or memories cannot be compared with an algorithm")
+            }
         }
     }
 }
@@ -162,12 +164,16 @@ pub struct Statistics {
     pub evaluated: u64,
     /// Runs that the event engine made.
     pub events: u64,
+    /// Lanes of a block, if there were any.
+    pub lanes: usize,
+    /// Threads.
+    pub threads: usize,
 }
 
 impl Sweep<'_> {
-    /// The first delay of the circuit, for which the batch engine cannot run it.
+    /// The first cell for which the batch engine cannot run the circuit.
     #[must_use]
-    pub fn delay(&self) -> Option<CellId> {
+    pub fn foreign(&self) -> Option<CellId> {
         Program::new(self.netlist).err()
     }
 
@@ -185,7 +191,7 @@ impl Sweep<'_> {
         let rows = from.max(self.plan.rows.start)..self.plan.rows.end;
         let program = match Program::new(self.netlist) {
             Ok(program) => Some(Arc::new(program)),
-            Err(delay) if self.against.is_some() => return Err(SweepError::Delay(delay)),
+            Err(cell) if self.against.is_some() => return Err(SweepError::Foreign(cell)),
             Err(_) => None,
         };
         let threads = match self.threads {
@@ -198,8 +204,11 @@ impl Sweep<'_> {
             (0, Some(program)) => suitable(program, count.div_ceil(threads as u64)),
             (lanes, _) => lanes.max(1),
         };
-        let source =
-            Source { state: Mutex::new(Handed { rest: rows.clone(), done: rows.start, over: false }), moved: Condvar::new(), stop };
+        let source = Source {
+            state: Mutex::new(Handed { rest: rows.clone(), done: rows.start, over: false }),
+            moved: Condvar::new(),
+            stop,
+        };
         let (send, receive) = mpsc::channel::<Vec<(Row, String)>>();
         thread::scope(|scope| {
             let workers: Vec<_> = (0..threads)
@@ -238,7 +247,8 @@ impl Sweep<'_> {
                 source.tell(|s| s.done = next);
             }
             source.tell(|s| s.over = true);
-            let mut all = Statistics::default();
+            let lanes = if program.is_some() { lanes.div_ceil(512) * 512 } else { 0 };
+            let mut all = Statistics { lanes, threads, ..Statistics::default() };
             for worker in workers {
                 let one = worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
                 all.instants += one.instants;
@@ -268,12 +278,8 @@ impl Sweep<'_> {
     pub(super) fn alone(&self, engine: &mut EventEngine, row: u64, stop: &AtomicBool) -> Option<Row> {
         let scenario = self.scenario_of(row);
         engine.reset();
-        let mut control = Control {
-            interrupt: stop,
-            progress: &mut |_| {},
-            message: &mut |_, _, _| {},
-            unknown_control_ends: false,
-        };
+        let mut control =
+            Control { interrupt: stop, progress: &mut |_| {}, message: &mut |_, _, _| {}, unknown_control_ends: false };
         let verdict = None;
         match crate::scenario::run(self.netlist, &scenario, engine, None, &mut control) {
             Ok(outcome) => {

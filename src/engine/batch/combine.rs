@@ -1,6 +1,6 @@
 //! What operations without a state do to all lanes of a block. Bit for bit the functions of the cell room.
 
-use super::lanes::{Chunk, Four};
+use super::lanes::{Chunk, Four, LANES};
 use super::program::{Code, ONE, Op, Program, Wake, ZERO};
 use super::state::State;
 use crate::cell::{AddOp, CompareOp, GateOp, evaluate};
@@ -335,7 +335,7 @@ impl State {
         }
     }
 
-    /// Any cell, lane by lane.
+    /// Any cell, in the lanes that run, one by one.
     fn general(&mut self, p: &Program, op: &Op) {
         let kind = &p.cells[op.cell as usize];
         let pins = kind.inputs().len();
@@ -345,6 +345,10 @@ impl State {
         let mut ins: Vec<Vec<Word>> = vec![Vec::new(); pins];
         let mut changed: Vec<Vec<bool>> = widths.iter().map(|&w| vec![false; w as usize]).collect();
         for lane in 0..self.lanes() {
+            // the others begin anew before anything is read of them
+            if self.active[lane / LANES].0[lane % LANES / 64] >> (lane % 64) & 1 == 0 {
+                continue;
+            }
             for (pin, words) in ins.iter_mut().enumerate() {
                 self.gather(&p.pool[op.pins[pin] as usize..op.pins[pin + 1] as usize], lane, words);
             }

@@ -30,7 +30,9 @@ pub(super) enum Code {
     CarrySave,
     Tristate,
     Resolve,
-    Sr { set_dominates: bool },
+    Sr {
+        set_dominates: bool,
+    },
     Latch,
     /// What a flip-flop, a counter or an accumulator does without a clock.
     Flop,

@@ -88,7 +88,8 @@ impl State {
         for (bit, &init) in p.initial.iter().enumerate().skip(2) {
             let bit = bit as u32;
             let plane = self.planes.plane::<false>(bit);
-            self.planes.write::<false>(bit, |c| plane.get(c).within(!lanes[c]).join(Four::splat(init).within(lanes[c])));
+            self.planes
+                .write::<false>(bit, |c| plane.get(c).within(!lanes[c]).join(Four::splat(init).within(lanes[c])));
         }
         for (number, watch) in p.watches.iter().enumerate() {
             let first = p.initial[watch.bit as usize];
@@ -262,9 +263,11 @@ impl State {
                 fell |= falling[c];
                 blurred |= unknown[c];
             }
-            for (any, lanes, stores) in
-                [(rose, &*rising, &watch.rising), (fell, &*falling, &watch.falling), (blurred, &*unknown, &watch.unknown)]
-            {
+            for (any, lanes, stores) in [
+                (rose, &*rising, &watch.rising),
+                (fell, &*falling, &watch.falling),
+                (blurred, &*unknown, &watch.unknown),
+            ] {
                 if !any.any() {
                     continue;
                 }

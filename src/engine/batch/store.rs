@@ -1,7 +1,7 @@
 //! What storage cells do to all lanes of a block: at once by their levels, and at a clock edge.
 
 use super::combine::bit_of;
-use super::lanes::{Chunk, Four};
+use super::lanes::{Chunk, Four, LANES};
 use super::program::{Code, Op, Program, Store};
 use super::state::State;
 use crate::Value;
@@ -181,7 +181,11 @@ impl State {
         let kind = &p.cells[op.cell as usize];
         for i in 0..op.width {
             let (set, reset) = values(kind, i);
-            let (from, d) = if op.code == Code::Flop { (store.q + i, p.pool[(d + i) as usize]) } else { (store.next + i, p.pool[(d + i) as usize]) };
+            let (from, d) = if op.code == Code::Flop {
+                (store.q + i, p.pool[(d + i) as usize])
+            } else {
+                (store.next + i, p.pool[(d + i) as usize])
+            };
             let d = if op.code == Code::Accumulator { 0 } else { d };
             let [q, d] = [from, d].map(|bit| self.planes.plane::<K>(bit));
             let (set, reset) = (Four::splat(set), Four::splat(reset));
@@ -200,7 +204,8 @@ impl State {
     fn count_by_one(&mut self, p: &Program, store: &Store, down: u32) {
         let op = &store.op;
         for i in 0..op.width {
-            let [q, d, down] = [store.q + i, p.pool[(op.pins[1] + i) as usize], down].map(|b| self.planes.plane::<true>(b));
+            let [q, d, down] =
+                [store.q + i, p.pool[(op.pins[1] + i) as usize], down].map(|b| self.planes.plane::<true>(b));
             let carries = &mut self.counts;
             let [to_reset, _, to_load] = &self.masks;
             self.planes.write::<true>(store.next + i, |c| {
@@ -267,9 +272,7 @@ impl State {
             self.planes.copy(store.q + i, store.next + i);
         }
         for lane in 0..self.lanes() {
-            if self.triggers[number][lane / super::lanes::LANES].0[lane % super::lanes::LANES / 64] >> (lane % 64) & 1
-                == 0
-            {
+            if self.triggers[number][lane / LANES].0[lane % LANES / 64] >> (lane % 64) & 1 == 0 {
                 continue;
             }
             for (pin, words) in ins.iter_mut().enumerate() {
