@@ -158,7 +158,7 @@ fn drive(label: &str, design: &Design, netlist: &Netlist, rng: &mut Rng, restart
 #[test]
 fn random_netlists_are_as_in_the_event_engine_in_every_lane() {
     let (mut instants, mut unsettled, mut settled) = (0, 0, 0);
-    for seed in 0..240 {
+    for seed in 0..150 {
         let mut rng = Rng::new(seed);
         let restarts = seed % 3 == 0;
         let mut design = if seed % 2 == 0 { Design::ordered(&mut rng) } else { Design::new(&mut rng) };
@@ -177,7 +177,7 @@ fn random_netlists_are_as_in_the_event_engine_in_every_lane() {
         settled += LANES - over;
     }
     println!("{instants} instants of lanes; {settled} lanes settled to the end, {unsettled} did not");
-    assert!(settled > 1000 && unsettled > 50, "{settled} settled, {unsettled} did not");
+    assert!(settled > 900 && unsettled > 50, "{settled} settled, {unsettled} did not");
 }
 
 #[test]

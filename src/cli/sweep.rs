@@ -123,8 +123,8 @@ fn sweep(args: &SweepArgs, path: &Path, out: &mut Out) -> Result<Status, CliErro
     let mut progress = Progress::new("sweeping", "runs", Some(part.rows[1] - part.rows[0]));
     let sweeping = Instant::now();
     let mut broken = None;
-    let ran = sweep.run(begun, interrupt::flag(), &|row| table.line(row), &mut |row, line| {
-        tally.add(row.number, line);
+    let ran = sweep.run(begun, interrupt::flag(), &|row| table.line(row), &mut |number, line| {
+        tally.add(number, line);
         if tally.rows.is_multiple_of(STRIDE) {
             progress.set(tally.rows);
             results.flush()?;

@@ -13,11 +13,12 @@ use crate::circuit::Circuit;
 use crate::engine::batch::{BatchEngine, LaneSet};
 use crate::interpolate::request::{arc, line, line_3d};
 use crate::interpolate::{
-    ArcInput, ArcPath, Clock, InputError, Interpolator, Line3dInput, LineInput, Method, Options, Quadrants, Request,
-    Shape,
+    ArcInput, ArcPath, Clock, InputError, Interpolator, Line3dInput, LineInput, Method, Options, Packing, Quadrants,
+    Request, Shape,
 };
 use crate::netlist::{NetId, Netlist, Slice};
 use crate::scenario::Scenario;
+use crate::value::word::mask;
 
 /// Why a circuit and its scenario cannot be compared with an algorithm.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -187,6 +188,9 @@ impl Against {
             at += width;
         }
         against.words = at.div_ceil(64) as usize;
+        if against.words > WORDS {
+            return Err(fault("its registers are too wide to be compared".into()));
+        }
         Ok(against)
     }
 
@@ -255,20 +259,20 @@ impl Against {
         }
     }
 
-    /// What the nets are to show: the registers, and the pulses of the clock that comes next.
-    #[inline]
-    fn pack(&self, registers: &Clock, next: Option<&Clock>, to: &mut [u64]) {
-        to.fill(0);
+    /// What stands where in the words of a lane: the registers, and the pulses of the clock that comes next.
+    fn packings(&self) -> Vec<Packing> {
+        let mut packings = vec![Packing::default(); self.words];
         for field in &self.fields {
-            let value = match field.what {
-                What::At(i) => registers.at[i] as u64,
-                What::Left(i) => registers.left[i],
-                What::Sum(i) => registers.sum[i] as u64,
-                What::End => u64::from(registers.end),
-                What::Step(i) => u64::from(next.is_some_and(|c| c.step[i] != 0)),
-            };
-            to[field.word] |= (value & crate::value::word::mask(field.width)) << field.shift;
+            let (p, place) = (&mut packings[field.word], (mask(field.width), field.shift));
+            match field.what {
+                What::At(i) => p.at[i] = place,
+                What::Left(i) => p.left[i] = place,
+                What::Sum(i) => p.sum[i] = place,
+                What::End => p.end = place,
+                What::Step(i) => p.step[i] = place,
+            }
         }
+        packings
     }
 }
 
@@ -296,26 +300,36 @@ fn operand(netlist: &Netlist, scenario: &Scenario, swept: &[NetId], name: &str) 
     Ok(Operand::Fixed(number(value, signal.width, signal.signed)))
 }
 
+/// Clocks that an algorithm runs ahead of its lane.
+const AHEAD: usize = 16;
+/// The most words of what a lane is to show.
+const WORDS: usize = 8;
+
 /// One lane's algorithm.
 struct Course {
     algorithm: Box<dyn Interpolator>,
+    /// Its registers after the clocks that it has run ahead, and whether there are no more.
     registers: Clock,
-    next: Option<Clock>,
+    over: bool,
+    /// Clocks of the lane.
     clocks: u64,
 }
 
 /// Compares the lanes of one block.
 pub(super) struct Judge<'a> {
     against: &'a Against,
+    packings: Vec<Packing>,
     courses: Vec<Option<Course>>,
     verdicts: Vec<Option<Verdict>>,
     /// The lanes whose drawing has begun.
     begun: LaneSet,
     /// The lanes that are still the same.
     same: LaneSet,
-    /// What the lanes are to show, a lane a word, for each word of it.
-    now: Vec<Vec<u64>>,
-    /// The same as planes, by word and bit.
+    /// What the lanes are to show for some clocks ahead: for each 64 lanes, each clock and each word of it.
+    ahead: Vec<[u64; 64]>,
+    /// At which of these clocks each 64 lanes are.
+    at: Vec<usize>,
+    /// What they are to show now as planes, by word and bit.
     planes: Vec<LaneSet>,
     zeros: LaneSet,
     differ: LaneSet,
@@ -326,11 +340,13 @@ impl<'a> Judge<'a> {
         let set = || vec![0u64; lanes / 64];
         Judge {
             against,
+            packings: against.packings(),
             courses: (0..lanes).map(|_| None).collect(),
             verdicts: vec![None; lanes],
             begun: set(),
             same: set(),
-            now: vec![vec![0; lanes]; against.words],
+            ahead: vec![[0; 64]; lanes / 64 * AHEAD * against.words],
+            at: vec![0; lanes / 64],
             planes: vec![set(); against.words * 64],
             zeros: set(),
             differ: set(),
@@ -345,7 +361,7 @@ impl<'a> Judge<'a> {
         match self.against.draw(row, plan) {
             Ok(algorithm) => {
                 let registers = algorithm.state();
-                self.courses[lane] = Some(Course { algorithm, registers, next: None, clocks: 0 });
+                self.courses[lane] = Some(Course { algorithm, registers, over: false, clocks: 0 });
                 self.same[word] |= bit;
             }
             Err(refused) => {
@@ -355,22 +371,41 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Compares some lanes after an instant in which `dt` rose (`Some(true)`), fell, or did neither.
-    pub fn look(&mut self, engine: &BatchEngine, set: &[u64], running: &[u64], edge: Option<bool>) {
-        let compared = |word: usize, same: &[u64]| set[word] & running[word] & same[word];
-        let fresh: LaneSet = (0..set.len()).map(|w| compared(w, &self.same) & !self.begun[w]).collect();
-        let rests = fresh.iter().any(|&w| w != 0);
-        if rests {
-            self.load(&fresh, false);
-            self.begun.iter_mut().zip(&fresh).for_each(|(begun, fresh)| *begun |= fresh);
-        }
-        match edge {
-            None if !rests => return,
-            Some(false) => {
-                let all: LaneSet = (0..set.len()).map(|w| compared(w, &self.same) & !fresh[w]).collect();
-                self.load(&all, true);
+    /// Compares some lanes after an instant in which `dt` rose (`Some(true)`), fell, or did neither. With `all` they are
+    /// all that run; else the others rest.
+    pub fn look(&mut self, engine: &BatchEngine, set: &[u64], all: bool, edge: Option<bool>) {
+        let mut rests = false;
+        for word in 0..set.len() {
+            let compared = set[word] & self.same[word];
+            let fresh = compared & !self.begun[word];
+            if fresh != 0 {
+                rests = true;
+                self.begun[word] |= fresh;
+                self.run_ahead(word, fresh, self.at[word], AHEAD);
             }
-            _ => {}
+            let old = compared & !fresh;
+            if edge == Some(false) && old != 0 {
+                if all {
+                    self.at[word] += 1;
+                    if self.at[word] == AHEAD {
+                        self.at[word] = 0;
+                        self.run_ahead(word, old, 0, AHEAD);
+                    }
+                    each(old, |lane| {
+                        if let Some(course) = &mut self.courses[word * 64 + lane] {
+                            course.clocks += 1;
+                        }
+                    });
+                } else {
+                    self.step_alone(word, old);
+                }
+            }
+            if fresh != 0 || edge == Some(false) && old != 0 {
+                self.turn(word);
+            }
+        }
+        if edge.is_none() && !rests {
+            return;
         }
         let pulses = edge == Some(true);
         self.differ.fill(0);
@@ -387,48 +422,58 @@ impl<'a> Judge<'a> {
             }
         }
         for word in 0..set.len() {
-            let mut differ = self.differ[word] & compared(word, &self.same);
-            self.same[word] &= !differ;
-            while differ != 0 {
-                let lane = word * 64 + differ.trailing_zeros() as usize;
-                differ &= differ - 1;
-                self.blame(engine, lane, pulses);
+            let differ = self.differ[word] & set[word] & self.same[word];
+            if differ != 0 {
+                self.same[word] &= !differ;
+                each(differ, |lane| self.blame(engine, word * 64 + lane, pulses));
             }
         }
     }
 
-    /// Puts what the algorithms expect of some lanes into the planes, a clock further on if asked for.
-    fn load(&mut self, set: &[u64], further: bool) {
-        let against = self.against;
-        let mut values = [0; 8];
-        let values = &mut values[..against.words];
-        for (word, &lanes) in set.iter().enumerate().filter(|s| *s.1 != 0) {
-            let mut left = lanes;
-            while left != 0 {
-                let lane = word * 64 + left.trailing_zeros() as usize;
-                left &= left - 1;
-                let Some(course) = &mut self.courses[lane] else { continue };
-                if further {
-                    course.clocks += 1;
-                    if let Some(next) = course.next.take() {
-                        course.registers = next;
-                        course.next = course.algorithm.next();
-                    }
-                } else {
-                    course.next = course.algorithm.next();
-                }
-                against.pack(&course.registers, course.next.as_ref(), values);
-                for (now, value) in self.now.iter_mut().zip(&*values) {
-                    now[lane] = *value;
-                }
+    /// The place of a clock and a word in `ahead`.
+    fn place(&self, group: usize, clock: usize, word: usize) -> usize {
+        (group * AHEAD + clock) * self.against.words + word
+    }
+
+    /// Lets the algorithms of some of 64 lanes fill their clocks ahead, of these numbers.
+    fn run_ahead(&mut self, group: usize, set: u64, from: usize, to: usize) {
+        let words = self.against.words;
+        let mut buffer = [0u64; AHEAD * WORDS];
+        let buffer = &mut buffer[..(to - from) * words];
+        each(set, |lane| {
+            let Some(course) = &mut self.courses[group * 64 + lane] else { return };
+            course.algorithm.ahead(&mut course.registers, &mut course.over, &self.packings, buffer);
+            let first = (group * AHEAD + from) * words;
+            for (to, value) in self.ahead[first..].iter_mut().zip(&*buffer) {
+                to[lane] = *value;
             }
-            for (k, now) in self.now.iter().enumerate() {
-                let mut square: [u64; 64] = [0; 64];
-                square.copy_from_slice(&now[word * 64..word * 64 + 64]);
-                transpose(&mut square);
-                for (plane, bits) in self.planes[k * 64..].iter_mut().zip(square) {
-                    plane[word] = bits;
-                }
+        });
+    }
+
+    /// A clock of some of 64 lanes while the others rest.
+    fn step_alone(&mut self, group: usize, set: u64) {
+        let words = self.against.words;
+        for clock in self.at[group] + 1..AHEAD {
+            for word in 0..words {
+                let (from, to) = (self.place(group, clock, word), self.place(group, clock - 1, word));
+                each(set, |lane| self.ahead[to][lane] = self.ahead[from][lane]);
+            }
+        }
+        self.run_ahead(group, set, AHEAD - 1, AHEAD);
+        each(set, |lane| {
+            if let Some(course) = &mut self.courses[group * 64 + lane] {
+                course.clocks += 1;
+            }
+        });
+    }
+
+    /// Puts what 64 lanes are to show now into the planes.
+    fn turn(&mut self, group: usize) {
+        for word in 0..self.against.words {
+            let mut square = self.ahead[self.place(group, self.at[group], word)];
+            transpose(&mut square);
+            for (plane, bits) in self.planes[word * 64..].iter_mut().zip(square) {
+                plane[group] = bits;
             }
         }
     }
@@ -438,8 +483,8 @@ impl<'a> Judge<'a> {
         let Some(course) = &self.courses[lane] else { return };
         for field in &self.against.fields {
             let step = matches!(field.what, What::Step(_));
-            let all = self.now[field.word][lane] >> field.shift & crate::value::word::mask(field.width);
-            let expected = if step && !pulses { 0 } else { all };
+            let all = self.ahead[self.place(lane / 64, self.at[lane / 64], field.word)][lane % 64];
+            let expected = if step && !pulses { 0 } else { all >> field.shift & mask(field.width) };
             if engine.number(&field.bits, lane) == Some(expected) {
                 continue;
             }
@@ -463,6 +508,15 @@ impl<'a> Judge<'a> {
         let clocks = self.courses[lane].as_ref().map_or(0, |c| c.clocks);
         self.courses[lane] = None;
         self.verdicts[lane].take().unwrap_or(Verdict::Differs(clocks, "the circuit never settles".into()))
+    }
+}
+
+/// Each of the 64 lanes in a set.
+#[inline(always)]
+fn each(mut set: u64, mut f: impl FnMut(usize)) {
+    while set != 0 {
+        f(set.trailing_zeros() as usize);
+        set &= set - 1;
     }
 }
 

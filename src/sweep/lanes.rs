@@ -192,7 +192,8 @@ impl<'a> Worker<'a> {
             if let Some(judge) = &mut self.judge
                 && over
             {
-                judge.look(&self.engine, fresh, &self.running, edge.take());
+                let set: LaneSet = fresh.iter().zip(&self.running).map(|(a, b)| a & b).collect();
+                judge.look(&self.engine, &set, with.is_none(), edge.take());
             }
             self.end(fresh, now, &clocks, over);
             if !fresh.iter().zip(&self.running).any(|(a, b)| a & b != 0) || source.stop.load(Ordering::Relaxed) {
@@ -232,7 +233,7 @@ impl<'a> Worker<'a> {
         }
         let running = self.running.clone();
         if let Some(judge) = &mut self.judge {
-            judge.look(&self.engine, &running, &running, edge);
+            judge.look(&self.engine, &running, true, edge);
         }
         for cohort in &*cohorts {
             self.end(&cohort.lanes, now.wrapping_sub(cohort.offset), clocks, true);

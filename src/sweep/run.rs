@@ -1,6 +1,6 @@
 //! Runs a sweep: on all cores, rows in order.
 
-use std::collections::BTreeMap;
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, mpsc};
@@ -186,7 +186,7 @@ impl Sweep<'_> {
         from: u64,
         stop: &AtomicBool,
         text: &(dyn Fn(&Row) -> String + Sync),
-        sink: &mut dyn FnMut(&Row, &str) -> io::Result<()>,
+        sink: &mut dyn FnMut(u64, &str) -> io::Result<()>,
     ) -> Result<Statistics, SweepError> {
         let rows = from.max(self.plan.rows.start)..self.plan.rows.end;
         let program = match Program::new(self.netlist) {
@@ -201,7 +201,7 @@ impl Sweep<'_> {
         let count = rows.end.saturating_sub(rows.start);
         let threads = threads.min(usize::try_from(count.div_ceil(SPAN)).unwrap_or(usize::MAX)).max(1);
         let lanes = match (self.lanes, &program) {
-            (0, Some(program)) => suitable(program, count.div_ceil(threads as u64)),
+            (0, Some(program)) => suitable(program, count.div_ceil(threads as u64), self.against.is_some()),
             (lanes, _) => lanes.max(1),
         };
         let source = Source {
@@ -209,18 +209,14 @@ impl Sweep<'_> {
             moved: Condvar::new(),
             stop,
         };
-        let (send, receive) = mpsc::channel::<Vec<(Row, String)>>();
+        let (send, receive) = mpsc::channel::<Vec<(u64, String)>>();
         thread::scope(|scope| {
             let workers: Vec<_> = (0..threads)
                 .map(|_| {
                     let (send, source, program) = (send.clone(), &source, program.clone());
                     scope.spawn(move || {
                         let mut done = |rows: Vec<Row>| {
-                            let texts = rows.into_iter().map(|row| {
-                                let text = text(&row);
-                                (row, text)
-                            });
-                            send.send(texts.collect()).is_ok()
+                            send.send(rows.iter().map(|row| (row.number, text(row))).collect()).is_ok()
                         };
                         match program {
                             Some(program) => Worker::new(self, program, lanes).run(source, &mut done),
@@ -231,17 +227,21 @@ impl Sweep<'_> {
                 .collect();
             drop(send);
             let mut next = rows.start;
-            let mut early: BTreeMap<u64, (Row, String)> = BTreeMap::new();
+            // from row `next` on, as far as any has come
+            let mut early: VecDeque<Option<String>> = VecDeque::new();
             let mut result = Ok(());
             'all: for batch in receive {
-                for (row, text) in batch {
-                    early.insert(row.number, (row, text));
+                for (number, text) in batch {
+                    let at = (number - next) as usize;
+                    early.resize(early.len().max(at + 1), None);
+                    early[at] = Some(text);
                 }
-                while let Some((row, text)) = early.remove(&next) {
-                    if let Err(e) = sink(&row, &text) {
+                while let Some(Some(text)) = early.front() {
+                    if let Err(e) = sink(next, text) {
                         result = Err(SweepError::Sink(e));
                         break 'all;
                     }
+                    early.pop_front();
                     next += 1;
                 }
                 source.tell(|s| s.done = next);
@@ -326,8 +326,10 @@ impl Shown {
 }
 
 /// Lanes of a block: as many as keep the values of all nets in a second-level cache, but not more than there is to do.
-fn suitable(program: &Program, rows: u64) -> usize {
+/// Algorithms beside them take more room than the nets do.
+fn suitable(program: &Program, rows: u64, compared: bool) -> usize {
     const CACHE: usize = 1 << 20;
-    let lanes = (CACHE * 8 / program.bits().max(1) / 512).clamp(1, 32) * 512;
+    let most = if compared { 8 } else { 32 };
+    let lanes = (CACHE * 8 / program.bits().max(1) / 512).clamp(1, most) * 512;
     lanes.min(usize::try_from(rows).unwrap_or(usize::MAX)).max(1)
 }
