@@ -139,7 +139,8 @@ fn rate(netlist: &Netlist, lanes: usize) -> f64 {
 fn main() {
     println!("vectors {}, {} threads", vectors(), std::thread::available_parallelism().map_or(1, usize::from));
     println!("\nevery 8-bit line, 65,536 of them          1 thread  all threads   gate·lane evaluations/s of one");
-    for (name, path) in [("registers", "circuits/evaluation/line.json"), ("gates", "circuits/evaluation/line_gates.json")]
+    for (name, path) in
+        [("registers", "circuits/evaluation/line.json"), ("gates", "circuits/evaluation/line_gates.json")]
     {
         for (what, compared) in [("alone", false), ("compared on every clock", true)] {
             let ((one, statistics), (all, _)) = (lines(path, compared, 1), lines(path, compared, 0));

@@ -1,5 +1,6 @@
 #!/bin/sh
-# Joins the parts of a sweep once every task of the array has done its own.
+# Joins the parts of a sweep once every task of the array has ended; tells which rows are missing if one has not done
+# its own.
 #SBATCH --job-name=lines-join
 #SBATCH --time=0:05:00
 

@@ -8,5 +8,5 @@ tasks=${1:?how many tasks?}
 here=$(dirname "$0")
 
 array=$(sbatch --parsable --array="1-$tasks" "$here/sweep.sh")
-join=$(sbatch --parsable --dependency="afterok:$array" "$here/join.sh")
+join=$(sbatch --parsable --dependency="afterany:$array" "$here/join.sh")
 echo "array $array, join $join: squeue --me; then look at lines.csv and slurm-*.out"

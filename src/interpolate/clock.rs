@@ -163,11 +163,11 @@ impl Packing {
     pub fn word(&self, registers: &Clock, step: [i8; 3]) -> u64 {
         let put = |value: u64, (mask, shift): (u64, u32)| (value & mask) << shift;
         let mut word = put(u64::from(registers.end), self.end);
-        for i in 0..3 {
+        for (i, step) in step.into_iter().enumerate() {
             word |= put(registers.at[i] as u64, self.at[i]);
             word |= put(registers.left[i], self.left[i]);
             word |= put(registers.sum[i] as u64, self.sum[i]);
-            word |= put(u64::from(step[i] != 0), self.step[i]);
+            word |= put(u64::from(step != 0), self.step[i]);
         }
         word
     }

@@ -358,6 +358,11 @@ impl<'a> Judge<'a> {
         let (word, bit) = (lane / 64, 1u64 << (lane % 64));
         self.begun[word] &= !bit;
         (self.courses[lane], self.verdicts[lane]) = (None, None);
+        if plan.values(row).any(|value| value.u != 0) {
+            self.verdicts[lane] = Some(Verdict::Refused("a value is not known".into()));
+            self.same[word] &= !bit;
+            return;
+        }
         match self.against.draw(row, plan) {
             Ok(algorithm) => {
                 let registers = algorithm.state();
@@ -375,8 +380,8 @@ impl<'a> Judge<'a> {
     /// all that run; else the others rest.
     pub fn look(&mut self, engine: &BatchEngine, set: &[u64], all: bool, edge: Option<bool>) {
         let mut rests = false;
-        for word in 0..set.len() {
-            let compared = set[word] & self.same[word];
+        for (word, &lanes) in set.iter().enumerate() {
+            let compared = lanes & self.same[word];
             let fresh = compared & !self.begun[word];
             if fresh != 0 {
                 rests = true;
@@ -421,8 +426,8 @@ impl<'a> Judge<'a> {
                 }
             }
         }
-        for word in 0..set.len() {
-            let differ = self.differ[word] & set[word] & self.same[word];
+        for (word, &lanes) in set.iter().enumerate() {
+            let differ = self.differ[word] & lanes & self.same[word];
             if differ != 0 {
                 self.same[word] &= !differ;
                 each(differ, |lane| self.blame(engine, word * 64 + lane, pulses));

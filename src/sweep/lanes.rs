@@ -100,12 +100,15 @@ impl<'a> Worker<'a> {
                 let fresh = self.fill(source, free == lanes);
                 if any(&fresh) {
                     let with = (free < lanes).then_some((&clocks, now));
-                    match self.begin(&fresh, with, source) {
+                    let begun = self.begin(&fresh, with, source);
+                    // some may have ended already, and be free for others
+                    let left = fresh.iter().zip(&self.running).map(|(a, b)| a & b).collect();
+                    match begun {
                         Some((time, their)) if with.is_none() => {
                             (now, clocks) = (time, their);
-                            cohorts.push(Cohort { offset: 0, lanes: fresh });
+                            cohorts.push(Cohort { offset: 0, lanes: left });
                         }
-                        Some((time, _)) => cohorts.push(Cohort { offset: now.wrapping_sub(time), lanes: fresh }),
+                        Some((time, _)) => cohorts.push(Cohort { offset: now.wrapping_sub(time), lanes: left }),
                         None => {}
                     }
                 } else if free == lanes {
@@ -119,7 +122,7 @@ impl<'a> Worker<'a> {
                 break;
             }
             if any(&self.running) {
-                self.instant(&mut now, &mut clocks, &mut cohorts, source);
+                self.instant(&mut now, &mut clocks, &mut cohorts);
             }
         }
         if !self.done.is_empty() {
@@ -219,7 +222,7 @@ impl<'a> Worker<'a> {
     }
 
     /// The next instant of all lanes that run.
-    fn instant(&mut self, now: &mut u64, clocks: &mut Clocks, cohorts: &mut Vec<Cohort>, source: &Source<'_>) {
+    fn instant(&mut self, now: &mut u64, clocks: &mut Clocks, cohorts: &mut Vec<Cohort>) {
         let limit = self.sweep.scenario.limit;
         let ends = cohorts.iter().map(|c| c.offset.wrapping_add(limit)).min_by_key(|end| end.wrapping_sub(*now));
         let next = clocks.next().unwrap_or(u64::MAX);
@@ -244,7 +247,6 @@ impl<'a> Worker<'a> {
             }
             cohorts.retain(|c| any(&c.lanes));
         }
-        let _ = source;
     }
 
     fn drive_swept(&mut self, net: NetId, axis: usize, fresh: &LaneSet) {

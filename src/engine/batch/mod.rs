@@ -7,16 +7,15 @@
 //! extension and chosen at run time; cells that have no such form are evaluated lane by lane by the functions of the
 //! cell room. Values are those of [`EventEngine`](super::EventEngine) bit for bit.
 //!
-//! The engine knows no time: who drives it changes inputs, clocks included, and settles. Netlists with delays are not
-//! for it.
+//! The engine knows no time: who drives it changes inputs, clocks included, and settles. Netlists with delays or
+//! memories are not for it.
+#![allow(clippy::needless_range_loop, reason = "several planes are gone through side by side")]
 
 mod combine;
 mod lanes;
 mod program;
 mod state;
 mod store;
-#[cfg(test)]
-mod tests;
 
 use std::fmt;
 use std::sync::Arc;
