@@ -30,6 +30,24 @@ fn the_same_is_0() {
 }
 
 #[test]
+fn a_scope_around_one_of_them() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(COUNTER).unwrap();
+    let around = dir.path().join("around.vcd");
+    let at = text.find("$scope").unwrap();
+    let end = text.find("$enddefinitions").unwrap();
+    let (head, scopes, rest) = (&text[..at], &text[at..end], &text[end..]);
+    std::fs::write(&around, format!("{head}$scope module bench $end\n{scopes}$upscope $end\n{rest}")).unwrap();
+    let around = around.to_str().unwrap();
+    let same = (0, "The same: 8 signals until 112 ns.\n".to_owned(), String::new());
+    assert_eq!(run(&["diff", COUNTER, around, "--scope", "bench"]), same);
+    assert_eq!(run(&["diff", around, COUNTER, "--scope", "bench"]), same);
+    assert_eq!(run(&["diff", around, COUNTER]).0, 1);
+    let (status, _, told) = run(&["diff", around, COUNTER, "--scope", "ben"]);
+    assert!(status == 2 && told.contains("neither waveform has anything below `ben`"), "{told}");
+}
+
+#[test]
 fn different_is_1_and_the_report_says_where() {
     let dir = tempfile::tempdir().unwrap();
     let wrong = changed(&dir);

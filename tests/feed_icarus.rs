@@ -6,6 +6,7 @@ use std::process::Command;
 
 use discreta::interpolate::feed::Margins;
 use discreta::wave::read::Waves;
+use needs::needs;
 use support::feed::System;
 use support::{Rng, folder, repository};
 
@@ -47,6 +48,7 @@ fn icarus(m: Margins, start: u64, line: (u64, u64), period: u64, constant: bool)
     pulses.collect()
 }
 
+#[needs(iverilog)]
 #[test]
 fn icarus_agrees_within_the_margins_and_outside() {
     let settings = [
@@ -72,6 +74,7 @@ fn icarus_agrees_within_the_margins_and_outside() {
 }
 
 /// Of the golden trace every pulse, at its time.
+#[needs(iverilog)]
 #[test]
 fn icarus_agrees_with_the_golden_trace() {
     let mut waves = Waves::open(&repository("traces/feed/system_5_3.vcd")).unwrap();

@@ -109,7 +109,7 @@ fn a_waveform_gives_the_same_path() {
     // over another curve: (2, 2) is 3 off the circle of radius √2 … through (1, 1), at clock 8 (5, 3) is √34 − √2 away
     let arc = svg(&format!("{TRACE} --from 1,1 --to 0,1 --ccw"));
     assert!(arc.contains(">4.417 BLU at clock 8<"), "{arc}");
-    let named = svg(&format!("{TRACE} --x line.yt --y line.xt --clock line.dt"));
+    let named = svg(&format!("{TRACE} --x line.yt --y line.xt --dt line.dt"));
     assert!(named.contains("(0, 0) → (3, 5)"), "{named}");
 }
 

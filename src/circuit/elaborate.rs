@@ -262,7 +262,6 @@ impl<'e> Elaboration<'e> {
         let mut own = HashMap::new();
         for (name, port) in &module.ports {
             let Some(port) = port.as_ref() else { continue };
-            let is_top = depth == 1;
             let bound = ports.remove(name.value.as_str());
             let width = match &bound {
                 Some(binding) => Some(binding.width),
@@ -270,17 +269,16 @@ impl<'e> Elaboration<'e> {
             };
             let muted = bound.as_ref().is_some_and(|b| b.muted) || width.is_none();
             let place = Place { span: name.span, module: id, port: true, muted };
+            let direction = match port.direction.value {
+                Direction::Input => netlist::Direction::Input,
+                Direction::Output => netlist::Direction::Output,
+                Direction::Inout => netlist::Direction::Inout,
+            };
             let (signal, bus) = match bound.and_then(|b| b.bus) {
                 Some(bus) => (self.builder.alias(scope, name, &bus, port.signed), bus),
-                None => {
-                    let direction = match port.direction.value {
-                        Direction::Input => netlist::Direction::Input,
-                        Direction::Output => netlist::Direction::Output,
-                        Direction::Inout => netlist::Direction::Inout,
-                    };
-                    self.builder.declare(scope, name, width.unwrap_or(1), port.signed, is_top.then_some(direction))
-                }
+                None => self.builder.declare(scope, name, width.unwrap_or(1), port.signed, None),
             };
+            self.builder.set_port(signal, direction);
             self.places.signal(signal, place);
             own.insert(name.value.clone(), Declared { signal, bus, span: name.span, faulty: width.is_none() });
         }

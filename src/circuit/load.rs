@@ -11,9 +11,10 @@ use super::library::{Library, ModuleId};
 use super::report::{Places, Report};
 use super::{Limits, Name, ParameterValue, read_file};
 use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Sources, Span};
-use crate::exchange::yosys::{self, Imported, Monitor, Origins};
+use crate::exchange::yosys::{self, Contents, Imported, Monitor, Origins};
 use crate::netlist::{CellId, Netlist, SignalId};
 use crate::scenario::Simulation;
+use crate::timescale::Timescale;
 
 /// A circuit ready to run.
 #[derive(Debug)]
@@ -36,6 +37,14 @@ pub struct Circuit {
 }
 
 impl Circuit {
+    /// Takes a tick for what it is elsewhere, if the file does not say what it is here: a netlist of Yosys has a tick of
+    /// 1 ns by convention only.
+    pub(crate) fn adopt(&mut self, timescale: Timescale) {
+        if self.origins.is_some() {
+            self.netlist.set_timescale(timescale);
+        }
+    }
+
     /// Where a signal is declared.
     #[must_use]
     pub fn place(&self, signal: SignalId) -> Span {
@@ -143,6 +152,8 @@ pub struct Loader {
     texts: HashMap<PathBuf, FileId>,
     /// The module to run in place of that which a file says, and where it was asked for.
     top: Option<(String, Span)>,
+    /// What memories are to hold at first: the name, and the text.
+    memories: Vec<(Name, FileId)>,
 }
 
 impl Loader {
@@ -157,6 +168,7 @@ impl Loader {
             filled: HashSet::new(),
             texts: HashMap::new(),
             top: None,
+            memories: Vec::new(),
         }
     }
 
@@ -177,6 +189,18 @@ impl Loader {
     pub fn set_top(&mut self, name: &str) {
         let file = self.sources.add("--top", name.to_owned());
         self.top = Some((name.to_owned(), Span::new(file, 0, name.len() as u32)));
+    }
+
+    /// Fills a memory from a file as `$readmemh` does, unless that was asked for already; `place` is where the file is
+    /// named. What is wrong with the file goes into `diagnostics`, now or when the circuit is elaborated.
+    pub fn fill_memory(&mut self, name: Name, path: &Path, place: Span) {
+        if self.memories.iter().any(|m| m.0.value == name.value) {
+            return;
+        }
+        match self.read(path) {
+            Ok(text) => self.memories.push((name, text)),
+            Err(fault) => self.diagnostics.push(fault.at(place, "the contents of the memory")),
+        }
     }
 
     /// The limits it keeps.
@@ -253,6 +277,10 @@ impl Loader {
             Kind::Circuit(file) => file,
             Kind::Yosys(text) => return self.import(text, parameters),
         };
+        for (name, _) in &self.memories {
+            let fault = Diagnostic::new(Code::UnknownMemory, format!("the circuit has no memory `{}`", name.value));
+            self.diagnostics.push(fault.at(name.span, "only netlists of Yosys have memories"));
+        }
         let top = self.top(file)?;
         let (netlist, parameters, places) = self.netlist(top, parameters);
         let simulation = self.library.file(file).simulation.as_ref();
@@ -264,23 +292,37 @@ impl Loader {
     }
 
     /// The circuit of a netlist of Yosys.
-    fn import(&mut self, text: FileId, parameters: &[(Name, ParameterValue)]) -> Option<Circuit> {
+    fn import(&mut self, text_file: FileId, parameters: &[(Name, ParameterValue)]) -> Option<Circuit> {
         for (name, _) in parameters {
             let message = format!("a netlist of Yosys has no parameter `{}` any more", name.value);
             let fault = Diagnostic::new(Code::UnknownParameter, message).at(name.span, "set here");
             self.diagnostics.push(fault.help(format!("set it in Yosys: `chparam -set {} VALUE`", name.value)));
         }
         let top = self.top.as_ref().map(|(name, span)| (name.as_str(), *span));
-        let imported = yosys::import(self.sources.text(text), text, top, &self.limits, &mut self.diagnostics)?;
-        let Imported { builder, origins, monitors, span } = imported;
+        let contents = self.memories.iter().map(|(name, file)| {
+            let (name, span) = (name.value.as_str(), name.span);
+            Contents { name, span, text: self.sources.text(*file), file: *file }
+        });
+        let contents: Vec<Contents<'_>> = contents.collect();
+        let netlist = self.sources.text(text_file);
+        let imported = yosys::import(netlist, text_file, top, &contents, &self.limits, &mut self.diagnostics)?;
+        let Imported { builder, origins, monitors, span, parameters, simulation } = imported;
+        let simulation = simulation.and_then(|text| {
+            let name = format!("{}: discreta_simulation", self.sources.name(text_file));
+            let file = self.sources.add(&name, text);
+            let simulation: Simulation = crate::json::parse(&self.sources, file, &mut self.diagnostics)?;
+            simulation.check(&mut self.diagnostics);
+            Some((simulation, Span::new(file, 0, self.sources.text(file).len() as u32)))
+        });
+        let (simulation, simulation_span) = simulation.unzip();
         let mut faults = Vec::new();
         let netlist = builder.finish_with(&mut faults);
         yosys::report(&netlist, &origins, &faults, &self.sources, &mut self.diagnostics);
         Some(Circuit {
             netlist,
-            parameters: IndexMap::new(),
-            simulation: None,
-            simulation_span: None,
+            parameters,
+            simulation,
+            simulation_span,
             span,
             monitors,
             places: Places::default(),

@@ -55,6 +55,8 @@ pub enum Command {
     Plot(PlotArgs),
     /// Count what circuits are made of, and how deep their logic is
     Stats(StatsArgs),
+    /// Write a circuit for other tools
+    Export(ExportArgs),
     /// Measure what the documents say of their methods
     Compare(CompareArgs),
     /// Print the JSON Schema of the files that you write, for your editor
@@ -177,6 +179,10 @@ pub struct ElaborationArgs {
     #[arg(long, value_name = "MODULE")]
     pub top: Option<String>,
 
+    /// Fill a memory of a Yosys netlist from a file as $readmemh does, e.g. cpu.ram=program.hex; may be given several times
+    #[arg(long, value_name = "NAME=FILE", value_parser = assignment)]
+    pub memory: Vec<Assignment>,
+
     /// Raise a limit, e.g. width=100000; may be given several times
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     pub limit: Vec<Assignment>,
@@ -214,6 +220,34 @@ pub struct EngineArgs {
     pub x_control: XControl,
 }
 
+/// A waveform that drives the inputs.
+#[derive(Args, Debug, Clone)]
+pub struct WaveArgs {
+    /// Drive the inputs, clocks too, as the nets of their names in a waveform: VCD, FST or GHW
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub stimulus: Option<PathBuf>,
+
+    /// Where in the waveform the circuit stands, e.g. bench.dut; by default where its inputs are found
+    #[arg(long, value_name = "PATH", requires = "stimulus")]
+    pub scope: Option<String>,
+
+    /// Compare the outputs and every named net with the waveform
+    #[arg(long, requires = "stimulus")]
+    pub expect: bool,
+
+    /// Do not compare nets that match, e.g. 'cache.**'; may be given several times
+    #[arg(long, value_name = "GLOB", requires = "expect")]
+    pub ignore: Vec<String>,
+
+    /// Let x in one of the two agree with anything; otherwise x agrees only with x
+    #[arg(long, value_name = "SIDE", requires = "expect")]
+    pub ignore_x: Option<DontCare>,
+
+    /// Let an input change before all others of its time, in place of the clocks; may be given several times
+    #[arg(long, value_name = "NET", requires = "stimulus")]
+    pub first: Vec<String>,
+}
+
 /// `discreta run`.
 #[derive(Args, Debug, Clone)]
 #[command(after_help = "\
@@ -227,6 +261,9 @@ Examples:
 
   discreta run cpu.json --clock clk=10ns -s rst=0 --cycles 1000 -o cpu.vcd
         a netlist that Yosys wrote: yosys -p \"read_verilog cpu.v; prep; write_json cpu.json\"
+  discreta run cpu.json --stimulus icarus.vcd --scope bench.cpu --expect
+        driven as another simulator did it, and compared with what that got (a; b is this run)
+
 Values are numbers (5, -1) or literals (4'b10x1, 8'hff).
 Exit status: 0 stopped as asked; 1 a limit was hit first, or an expectation failed; 2 usage, input or output.")]
 pub struct RunArgs {
@@ -274,6 +311,10 @@ pub struct RunArgs {
     /// Text or JSON.
     #[command(flatten)]
     pub format: FormatArgs,
+
+    /// A waveform as stimulus.
+    #[command(flatten)]
+    pub wave: WaveArgs,
 
     /// Say more: every output, warnings in full, times
     #[arg(short, long)]
@@ -347,6 +388,8 @@ pub enum DontCare {
 Examples:
   discreta diff line.vcd traces/evaluation/line_5_3.vcd
   discreta diff mine.vcd icarus.fst --ignore-end --ignore-x b
+  discreta diff line.vcd line_tb.vcd --scope testbench
+        with what a test bench around the circuit recorded
 
 Signals are matched by their full names, and compared by the value that each has at the end of a tick.
 Exit status: 0 the same; 1 different; 2 a file cannot be read, or usage.")]
@@ -358,6 +401,10 @@ pub struct DiffArgs {
     /// The second waveform
     #[arg(value_name = "B", value_hint = ValueHint::FilePath)]
     pub b: PathBuf,
+
+    /// Compare what is below this scope in the waveform that has it, as where the other's hierarchy begins
+    #[arg(long, value_name = "PATH")]
+    pub scope: Option<String>,
 
     /// Let x in one of the two agree with anything; otherwise x agrees only with x
     #[arg(long, value_name = "SIDE")]
@@ -408,6 +455,87 @@ pub struct StatsArgs {
     #[command(flatten)]
     pub format: FormatArgs,
 }
+
+/// What a circuit is written as.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum ExportFormat {
+    /// Verilog-2005: modules that can be synthesized, and a test bench.
+    Verilog,
+    /// A netlist as Yosys writes it: for Yosys, netlistsvg and their like.
+    YosysJson,
+    /// A graph for Graphviz.
+    Dot,
+}
+
+/// `discreta export`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta export circuits/evaluation/line.json --to verilog -o line.v
+  discreta export circuits/evaluation/line.json --to verilog -o line.v --testbench line_tb.v -s dx=5 -s dy=3
+        and a test bench that does what `run` does with the same options; then
+        iverilog -g2005 -o line line.v line_tb.v && ./line
+  discreta export circuits/evaluation/line_gates.json --to verilog -p W=16
+        to standard output
+
+  discreta export circuits/evaluation/line.json --to yosys-json -o line_netlist.json
+        which Yosys reads (read_json), and discreta too
+  discreta export circuits/evaluation/line_gates.json --to dot --depth 0 | dot -Tsvg > line.svg
+
+docs/export.md says what becomes of what.
+Exit status: 0 written; 2 a faulty circuit, what cannot be written, usage, input or output.")]
+pub struct ExportArgs {
+    /// The circuit file, a netlist of Yosys (write_json), or a scenario that names one
+    #[arg(value_name = "CIRCUIT", value_hint = ValueHint::FilePath)]
+    pub circuit: PathBuf,
+
+    /// As what
+    #[arg(long, value_name = "FORMAT")]
+    pub to: ExportFormat,
+
+    /// Write to a file; without it, to standard output
+    #[arg(short, long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
+    pub output: PathBuf,
+
+    /// In a graph, draw instances that are more than N deep in others as boxes; without it, none
+    #[arg(long, value_name = "N")]
+    pub depth: Option<usize>,
+
+    /// Write a test bench that runs the scenario, too; to the same place (-), after the design
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub testbench: Option<PathBuf>,
+
+    /// Parameters and limits.
+    #[command(flatten)]
+    pub elaboration: ElaborationArgs,
+
+    /// Hold an input at a value from the start; may be given several times
+    #[arg(short, long = "set", value_name = "NET=VALUE", value_parser = assignment, requires = "testbench", help_heading = BENCH)]
+    pub set: Vec<Assignment>,
+
+    /// Drive an input by a clock, as in clk=10ns or clk=20ns,high=5ns,phase=0; may be given several times
+    #[arg(long, value_name = "NET=PERIOD", value_parser = clock, requires = "testbench", help_heading = BENCH)]
+    pub clock: Vec<ClockOption>,
+
+    /// Stop after this many periods of the first clock
+    #[arg(long, value_name = "N", conflicts_with = "time", requires = "testbench", help_heading = BENCH)]
+    pub cycles: Option<u64>,
+
+    /// Stop at this time: ticks, or with a unit as in 5us
+    #[arg(long, value_name = "TIME", requires = "testbench", help_heading = BENCH)]
+    pub time: Option<String>,
+
+    /// Stop when a net has a value; without one, when it is 1
+    #[arg(long, value_name = "NET[=VALUE]", value_parser = condition, requires = "testbench", help_heading = BENCH)]
+    pub until: Option<Condition>,
+
+    /// Record only nets that match, e.g. 'adder.*' or '**.q'; may be given several times
+    #[arg(long, value_name = "GLOB", requires = "testbench", help_heading = BENCH)]
+    pub trace: Vec<String>,
+}
+
+/// The heading of the options that are those of `run`.
+const BENCH: &str = "Scenario of the test bench";
 
 /// What a schema is of.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]

@@ -90,9 +90,8 @@ fn an_option_means_the_same_in_every_command() {
     for command in Cli::command().get_subcommands() {
         for arg in command.get_arguments().filter(|arg| !arg.is_positional()) {
             let long = arg.get_long().unwrap().to_owned();
-            // What an interpolation prints is no report, a picture no waveform, its clock is one that a waveform has, and a
-            // comparison needs bits.
-            if [("interpolate", "format"), ("plot", "output"), ("plot", "clock"), ("compare", "bits")]
+            // What an interpolation prints is no report, a picture or a netlist no waveform, and a comparison needs bits.
+            if [("interpolate", "format"), ("plot", "output"), ("export", "output"), ("compare", "bits")]
                 .contains(&(command.get_name(), long.as_str()))
             {
                 continue;

@@ -18,8 +18,12 @@ pub fn run(args: &DiffArgs, out: &mut Out) -> Result<Status, CliError> {
         ignore_end: args.ignore_end,
         max_signals: args.max,
         context: args.context.into(),
+        scope: args.scope.clone(),
     };
     let (mut a, mut b) = (Waves::open(&args.a)?, Waves::open(&args.b)?);
+    if let Some(scope) = args.scope.as_deref().filter(|s| !diff::has_scope(&a, s) && !diff::has_scope(&b, s)) {
+        return Err(CliError::usage(format!("neither waveform has anything below `{scope}`")));
+    }
     let difference = diff::diff(&mut a, &mut b, &options)?;
     match args.format.format {
         Format::Text => write!(out, "{difference}")?,

@@ -11,6 +11,7 @@ pub mod completions;
 pub mod diff;
 mod drawing;
 pub mod error;
+pub mod export;
 pub mod interpolate;
 pub mod interrupt;
 pub mod man;
@@ -19,6 +20,8 @@ pub mod output;
 pub mod plot;
 mod prepare;
 pub mod progress;
+mod replay;
+mod report;
 pub mod run;
 pub mod schema;
 pub mod stats;
@@ -90,6 +93,7 @@ fn dispatch(command: &Command, out: &mut Out) -> Result<Status, CliError> {
         Command::Interpolate(args) => interpolate::run(args, out),
         Command::Plot(args) => plot::run(args, out),
         Command::Stats(args) => stats::run(args, out),
+        Command::Export(args) => export::run(args, out),
         Command::Compare(args) => compare::run(args, out),
         Command::Schema(args) => schema::run(args, out),
         Command::Completions(args) => completions::run(args, out),

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use super::run::time;
+use super::report::time;
 use crate::exchange::yosys::Monitor;
 use crate::exchange::yosys::monitor::Flavor;
 use crate::netlist::Netlist;

@@ -69,7 +69,7 @@ fn of_method(method: Method, args: &PlotArgs) -> Result<Plotted, CliError> {
         ("--x", args.x.is_some()),
         ("--y", args.y.is_some()),
         ("--z", args.z.is_some()),
-        ("--clock", args.clock.is_some()),
+        ("--dt", args.dt.is_some()),
         ("--signed", args.signed),
     ];
     if let Some((option, _)) = of_traces.into_iter().find(|(_, given)| *given) {
@@ -150,7 +150,7 @@ fn of_trace(path: &Path, args: &PlotArgs) -> Result<Plotted, CliError> {
 
 /// The coordinates before the first clock and at the end of each: just before the leading edge of the next.
 fn sampled(waves: &mut Waves, args: &PlotArgs) -> Result<Vec<[i64; 3]>, CliError> {
-    let clock = changes(waves, args.clock.as_deref().unwrap_or("dt"), "--clock")?;
+    let clock = changes(waves, args.dt.as_deref().unwrap_or("dt"), "--dt")?;
     let mut nets = Vec::new();
     for (name, default, option) in [(&args.x, Some("xt"), "--x"), (&args.y, Some("yt"), "--y"), (&args.z, None, "--z")]
     {

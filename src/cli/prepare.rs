@@ -7,12 +7,13 @@ use indexmap::IndexMap;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use super::args::{Assignment, ClockOption, Condition};
+use super::args::{Assignment, ClockOption, Condition, DontCare, WaveArgs};
 use crate::circuit::{Circuit, Expr, Loader, Name, ParameterValue, normal, size};
 use crate::diag::{Code, Diagnostic, Severity, Span};
 use crate::exchange::yosys::is_yosys;
 use crate::json::{Recover, Spanned};
-use crate::scenario::{Clock, Limit, Scenario, ScenarioFile, Simulation, TimeText, Until, ValueText};
+use crate::scenario::{Clock, Limit, Loose, Scenario, ScenarioFile, Simulation, Stimuli, TimeText, Until, ValueText};
+use crate::scenario::{Replay, WaveStimulus, replay};
 
 /// What the options of a command change of a scenario.
 #[derive(Debug, Clone, Default)]
@@ -31,6 +32,8 @@ pub struct Changes<'a> {
     pub until: Option<&'a Condition>,
     /// Globs of nets to trace.
     pub trace: &'a [String],
+    /// A waveform that drives the inputs.
+    pub wave: Option<&'a WaveArgs>,
     /// Whether nothing will be run, so that a circuit without any scenario has no fault.
     pub checking: bool,
 }
@@ -42,6 +45,8 @@ pub struct Prepared {
     pub circuit: Circuit,
     /// The scenario.
     pub scenario: Scenario,
+    /// The waveform that drives it, if one does.
+    pub replay: Option<Replay>,
     /// The circuit file, as it is reached from here.
     pub path: PathBuf,
 }
@@ -70,12 +75,26 @@ pub fn prepare(loader: &mut Loader, path: &Path, changes: &Changes<'_>) -> Optio
     }
     let base = circuit.simulation.take().unwrap_or_default();
     let simulation = changed(loader, &own.unwrap_or_default().over(&base), changes);
-    let mut scenario = Scenario::resolve(&circuit, &simulation, &mut loader.diagnostics);
+    let replay = replay(loader, &mut circuit, &simulation);
+    if simulation.wave().is_some() && replay.is_none() {
+        return None;
+    }
+    let mut scenario = Scenario::resolve_with(&circuit, &simulation, replay.as_ref(), &mut loader.diagnostics);
     if changes.until.is_none() && (changes.cycles.is_some() || changes.time.is_some()) {
         // who asks for so many cycles is content to get them
         scenario.limit_fails = false;
     }
-    Some(Prepared { circuit, scenario, path: circuit_path })
+    Some(Prepared { circuit, scenario, replay, path: circuit_path })
+}
+
+/// The waveform that drives the inputs, if the scenario names one and it can.
+fn replay(loader: &mut Loader, circuit: &mut Circuit, simulation: &Simulation) -> Option<Replay> {
+    let wave = simulation.wave()?;
+    let waves = replay::open(wave, loader.sources.name(wave.wave.span.file), &mut loader.diagnostics)?;
+    if let Some(timescale) = waves.timescale() {
+        circuit.adopt(timescale);
+    }
+    Replay::new(circuit, simulation, wave, waves, &mut loader.diagnostics)
 }
 
 /// The circuit that `path` names, or of the scenario that it names, with parameters set; the scenario is left aside.
@@ -133,6 +152,11 @@ fn scenario_file(loader: &mut Loader, path: &Path) -> Option<Option<FromFile>> {
         loader.diagnostics.push(fault.at(scenario.circuit.span, "the circuit, relative to this file"));
         return None;
     }
+    for (name, file) in scenario.memories {
+        let Some(file) = file.0 else { continue };
+        let contents = normal(&path.parent().unwrap_or(Path::new("")).join(&*file.value));
+        loader.fill_memory(name, &contents, file.span);
+    }
     if is_scenario(loader, &circuit) {
         let message = format!("`{}` is a scenario, not a circuit", circuit.display());
         let fault = Diagnostic::new(Code::BadScenario, message).at(scenario.circuit.span, "it names a circuit itself");
@@ -158,6 +182,9 @@ fn changed(loader: &mut Loader, simulation: &Simulation, changes: &Changes<'_>) 
             simulation.inputs.shift_remove(name.value.as_str());
             options.clocks.insert(name, Recover(Some(clock)));
         }
+    }
+    if let Some(args) = changes.wave {
+        options.stimulus = wave(loader, args).map(|wave| Recover(Some(Stimuli::Wave(Box::new(wave)))));
     }
     if let Some(Condition { net, value }) = changes.until {
         let (net, span) = typed(loader, "--until", net, value.as_deref().unwrap_or_default());
@@ -203,8 +230,30 @@ fn clock(loader: &mut Loader, option: &ClockOption) -> Option<(Name, Clock)> {
     Some((name, Clock { doc: None, period, high: high.flatten(), duty: None, phase: phase.flatten() }))
 }
 
+/// A waveform of the command line, as a scenario would have it.
+fn wave(loader: &mut Loader, args: &WaveArgs) -> Option<WaveStimulus> {
+    let path = args.stimulus.as_ref()?.display().to_string();
+    let mut text = |option: &str, text: &str| {
+        let file = loader.sources.add(option, text.to_owned());
+        Spanned::new(text.to_owned(), Span::new(file, 0, text.len() as u32))
+    };
+    let loose = args.ignore_x.map(|side| match side {
+        DontCare::A => Loose::Wave,
+        DontCare::B => Loose::Run,
+    });
+    Some(WaveStimulus {
+        doc: None,
+        wave: text("--stimulus", &path),
+        scope: args.scope.as_deref().map(|scope| text("--scope", scope)),
+        first: args.first.iter().map(|name| text("--first", name.trim().trim_start_matches('\\'))).collect(),
+        expect: args.expect,
+        ignore: args.ignore.iter().map(|glob| text("--ignore", glob)).collect(),
+        ignore_x: loose.map(|side| Spanned::new(side, Span::default())),
+    })
+}
+
 /// A name, and the place of its value, of an option; faults will show it as typed.
-fn typed(loader: &mut Loader, option: &str, name: &str, value: &str) -> (Name, Span) {
+pub(super) fn typed(loader: &mut Loader, option: &str, name: &str, value: &str) -> (Name, Span) {
     let text = if value.is_empty() { name.to_owned() } else { format!("{name}={value}") };
     let length = text.len() as u32;
     let file = loader.sources.add(option, text);

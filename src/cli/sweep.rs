@@ -66,6 +66,10 @@ fn sweep(args: &SweepArgs, path: &Path, out: &mut Out) -> Result<Status, CliErro
     };
     let prepared = prepare(&mut loader, path, &changes);
     let prepared = faults(&mut loader, prepared)?;
+    if prepared.replay.is_some() {
+        return Err(CliError::usage("a waveform drives the inputs of this scenario, so they cannot be swept")
+            .with_hint("name the circuit itself, whose own scenario the waveform takes the place of"));
+    }
     let Prepared { circuit, scenario, .. } = &prepared;
     let netlist = &circuit.netlist;
     let usage = |e: &dyn std::fmt::Display| CliError::usage(e.to_string());

@@ -3,7 +3,7 @@
 use serde_json::{Value as Json, json};
 
 use super::prepare::Prepared;
-use super::run::time;
+use super::report::time;
 use crate::diag::{Code, Diagnostic};
 use crate::scenario::{CheckReport, CheckRule, Edge, Fault, Outcome, Rule, Timing, TimingCheck, Violation};
 

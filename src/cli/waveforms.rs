@@ -1,11 +1,10 @@
 //! The waveforms that a run is to leave: where, and in which format.
 
-use std::io;
 use std::path::{Path, PathBuf};
 
 use super::CliError;
-use crate::value::Word;
-use crate::wave::{self, Kind, Layout, Sink};
+use super::args::RunArgs;
+use crate::wave::{self, Kind, Sink};
 
 /// Where a waveform goes.
 pub(super) struct Place {
@@ -18,17 +17,21 @@ pub(super) struct Place {
 /// The places, each once.
 ///
 /// # Errors
-/// One that asks for another format, or is the circuit itself.
-pub(super) fn places(paths: &[PathBuf], circuit: &Path) -> Result<Vec<Place>, CliError> {
+/// One that asks for another format, or is what the run reads.
+pub(super) fn places(args: &RunArgs) -> Result<Vec<Place>, CliError> {
     let mut places: Vec<Place> = Vec::new();
-    let circuit = circuit.canonicalize().ok();
-    for path in paths {
+    let inputs = [("circuit", Some(&args.circuit)), ("stimulus", args.wave.stimulus.as_ref())];
+    for path in &args.output {
         if places.iter().any(|place| place.path == *path) {
             continue;
         }
         let cannot = |why: &str| CliError::usage(format!("cannot write `{}`: {why}", path.display()));
-        if circuit.is_some() && path.canonicalize().ok() == circuit {
-            return Err(cannot("it is the circuit itself").with_hint("name another file, ending in .vcd or .fst"));
+        for (what, input) in &inputs {
+            let input = input.and_then(|input| input.canonicalize().ok());
+            if input.is_some() && path.canonicalize().ok() == input {
+                let cannot = cannot(&format!("it is the {what} itself"));
+                return Err(cannot.with_hint("name another file, ending in .vcd or .fst"));
+            }
         }
         let kind = match Kind::of(path) {
             Some(kind) => kind,
@@ -49,32 +52,10 @@ fn is_special(path: &Path) -> bool {
     std::fs::metadata(path).is_ok_and(|m| !m.is_file())
 }
 
-/// Opens all places; none if there is none.
+/// Opens all places.
 ///
 /// # Errors
 /// One that cannot be written.
-pub(super) fn open(places: &[Place]) -> Result<Option<Sinks>, CliError> {
-    let sinks = places.iter().map(|place| wave::open(&place.path, place.kind)).collect::<Result<Vec<_>, _>>()?;
-    Ok(if sinks.is_empty() { None } else { Some(Sinks(sinks)) })
-}
-
-/// Several waveforms at once.
-pub(super) struct Sinks(Vec<Box<dyn Sink>>);
-
-impl Sink for Sinks {
-    fn begin(&mut self, layout: &Layout) -> io::Result<()> {
-        self.0.iter_mut().try_for_each(|s| s.begin(layout))
-    }
-
-    fn time(&mut self, now: u64) -> io::Result<()> {
-        self.0.iter_mut().try_for_each(|s| s.time(now))
-    }
-
-    fn change(&mut self, var: usize, value: &[Word]) {
-        self.0.iter_mut().for_each(|s| s.change(var, value));
-    }
-
-    fn finish(&mut self, end: u64) -> io::Result<()> {
-        self.0.iter_mut().try_for_each(|s| s.finish(end))
-    }
+pub(super) fn open(places: &[Place]) -> Result<Vec<Box<dyn Sink>>, CliError> {
+    Ok(places.iter().map(|place| wave::open(&place.path, place.kind)).collect::<Result<_, _>>()?)
 }

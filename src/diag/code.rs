@@ -106,6 +106,10 @@ codes! {
         "A cell sets a parameter that its type does not have, or an expression uses a name that is no parameter or index.";
     Error UnknownClock "unknown-clock":
         "A scenario refers to a clock that it does not define.";
+    Error UnknownMemory "unknown-memory":
+        "Contents are given for a memory that the circuit does not have.";
+    Error BadContents "bad-contents":
+        "A file of a memory's contents cannot be read, or does not fit the memory.";
     Error UnknownCode "unknown-code":
         "`allow` names a code that does not exist or is not a warning.";
     Error UnknownCheck "unknown-check":
@@ -134,6 +138,8 @@ codes! {
         "A pattern for nets cannot be read.";
     Error BadScenario "bad-scenario":
         "A scenario contradicts itself, such as a clock with both `high` and `duty`.";
+    Error BadWave "bad-wave":
+        "A waveform that is to drive a circuit cannot be read, or does not have the circuit's inputs.";
     Error UnsupportedCell "unsupported-cell":
         "A netlist of another tool has a cell that cannot be simulated, or that does not fit together.";
     Error Unsettled "unsettled":

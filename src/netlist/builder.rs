@@ -65,7 +65,7 @@ impl Builder {
         Builder {
             timescale: Timescale::default(),
             bits: 0,
-            scopes: vec![Scope { name: top.into(), parent: None, module: Some(top.into()) }],
+            scopes: vec![Scope { name: top.into(), parent: None, module: Some(top.into()), parameters: vec![] }],
             signals: Vec::new(),
             owners: Vec::new(),
             cells: Vec::new(),
@@ -116,7 +116,7 @@ impl Builder {
 
     /// A scope within another, which is no instance of a module.
     pub fn scope(&mut self, parent: ScopeId, name: &str) -> ScopeId {
-        self.scopes.push(Scope { name: name.into(), parent: Some(parent), module: None });
+        self.scopes.push(Scope { name: name.into(), parent: Some(parent), module: None, parameters: vec![] });
         ScopeId::new(self.scopes.len() - 1)
     }
 
@@ -125,6 +125,11 @@ impl Builder {
         let id = self.scope(parent, name);
         self.scopes[id.index()].module = Some(module.into());
         id
+    }
+
+    /// Says what the parameters of a scope's module are.
+    pub fn set_parameters(&mut self, scope: ScopeId, values: impl IntoIterator<Item = (String, i64)>) {
+        self.scopes[scope.index()].parameters = values.into_iter().collect();
     }
 
     fn fresh(&mut self, width: u32) -> Bus {
@@ -195,6 +200,11 @@ impl Builder {
     /// Another name for bits that are declared elsewhere.
     pub fn alias(&mut self, scope: ScopeId, name: &str, bus: &Bus, signed: bool) -> SignalId {
         self.push_signal(scope, name, bus.clone(), signed, None, false)
+    }
+
+    /// Says that a signal is a port of the module of its scope.
+    pub fn set_port(&mut self, signal: SignalId, direction: Direction) {
+        self.signals[signal.index()].signal.port = Some(direction);
     }
 
     fn push_signal(
@@ -421,7 +431,8 @@ impl Builder {
     fn join_inputs(&mut self, join: &mut Join) -> Vec<Option<NetId>> {
         let mut outer = vec![None; self.signals.len()];
         for (i, named) in self.signals.iter().enumerate() {
-            if named.owner && matches!(named.signal.port, Some(Direction::Input | Direction::Inout)) {
+            let way = named.signal.port.filter(|_| named.owner && named.signal.is_top_port());
+            if matches!(way, Some(Direction::Input | Direction::Inout)) {
                 let tristate = self.verilog || named.signal.port == Some(Direction::Inout);
                 let net = join.drive(&named.bus, named.signal.width, Driver::Input(SignalId::new(i)), tristate);
                 outer[i] = Some(net);

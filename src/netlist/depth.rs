@@ -246,7 +246,7 @@ impl<'n> Measured<'n> {
                 }
             }
         }
-        for port in netlist.signal_ids() {
+        for port in netlist.ports() {
             if matches!(netlist.signal(port).port, Some(Direction::Output | Direction::Inout)) {
                 let all = netlist.bits(port).iter().flat_map(|s| bits.of(s)).enumerate();
                 all.filter(|(_, bit)| changes(bit)).for_each(|(at, bit)| f(bit, Place::Port(port, at as u32)));

@@ -3,23 +3,23 @@
 use std::ops::Range;
 
 /// For each node those that follow it, as a compressed adjacency list.
-pub(super) struct Graph {
+pub(crate) struct Graph {
     start: Vec<u32>,
     list: Vec<u32>,
 }
 
 /// An order of all nodes of a graph, each after those that it follows.
-pub(super) struct Sorted {
+pub(crate) struct Sorted {
     /// Every node once.
-    pub(super) sequence: Vec<u32>,
+    pub(crate) sequence: Vec<u32>,
     /// Ranges of `sequence` whose nodes follow each other in a circle.
-    pub(super) groups: Vec<Range<usize>>,
+    pub(crate) groups: Vec<Range<usize>>,
 }
 
 impl Graph {
     /// A graph of `n` nodes from a walk over the edges that calls what it is given with the two ends of each. The far
     /// ends may be things of another kind, as long as nobody sorts them.
-    pub(super) fn new(n: usize, walk: impl Fn(&mut dyn FnMut(u32, u32))) -> Graph {
+    pub(crate) fn new(n: usize, walk: impl Fn(&mut dyn FnMut(u32, u32))) -> Graph {
         let mut start = vec![0u32; n + 1];
         walk(&mut |from, _| start[from as usize + 1] += 1);
         for i in 0..n {
@@ -35,17 +35,17 @@ impl Graph {
     }
 
     /// How many nodes there are.
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.start.len() - 1
     }
 
     /// The nodes that follow one.
-    pub(super) fn after(&self, node: u32) -> &[u32] {
+    pub(crate) fn after(&self, node: u32) -> &[u32] {
         &self.list[self.start[node as usize] as usize..self.start[node as usize + 1] as usize]
     }
 
     /// Every edge the other way round.
-    pub(super) fn reversed(&self) -> Graph {
+    pub(crate) fn reversed(&self) -> Graph {
         Graph::new(self.len(), |f| {
             for from in 0..self.len() as u32 {
                 self.after(from).iter().for_each(|&to| f(to, from));
@@ -54,7 +54,7 @@ impl Graph {
     }
 
     /// Sorts the nodes, by Tarjan's strongly connected components (iterative: chains may be long).
-    pub(super) fn sorted(&self) -> Sorted {
+    pub(crate) fn sorted(&self) -> Sorted {
         const UNSEEN: u32 = u32::MAX;
         let n = self.len();
         let (mut index, mut low) = (vec![UNSEEN; n], vec![0u32; n]);

@@ -9,11 +9,13 @@ mod bus;
 mod constant;
 pub mod depth;
 mod fault;
-mod graph;
+pub(crate) mod graph;
+pub mod hierarchy;
 mod id;
 mod join;
 mod order;
 pub mod stats;
+mod turn;
 mod wires;
 
 use std::sync::OnceLock;
@@ -26,9 +28,11 @@ pub use bus::Bus;
 pub use constant::Constants;
 pub use depth::Depth;
 pub use fault::Fault;
+pub use hierarchy::Hierarchy;
 pub use id::{CellId, NetId, ScopeId, SignalId};
 pub use order::{Loop, Order};
 pub use stats::Stats;
+pub use turn::{Turn, Turns};
 
 /// `width` bits of a net from bit `lo` up.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -83,16 +87,18 @@ pub struct Scope {
     pub parent: Option<ScopeId>,
     /// The module that it is an instance of; none for a block.
     pub module: Option<String>,
+    /// The values of the module's parameters, where they are known.
+    pub parameters: Vec<(String, i64)>,
 }
 
-/// Which way a port of the circuit goes.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+/// Which way a port of a module goes.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Direction {
     /// Driven from outside.
     Input,
-    /// Driven by the circuit.
+    /// Driven by the module.
     Output,
-    /// Driven by the circuit's tri-state cells.
+    /// Driven by the module's tri-state cells.
     Inout,
 }
 
@@ -107,7 +113,7 @@ pub struct Signal {
     pub width: u32,
     /// Whether people read it in two's complement.
     pub signed: bool,
-    /// Which way it goes, for a port of the top module.
+    /// Which way it goes, for a port of the module of its scope.
     pub port: Option<Direction>,
     /// Whether a tool made it up: it can be asked for, but is not shown among the others.
     pub hidden: bool,
@@ -115,6 +121,13 @@ pub struct Signal {
     pub drive: Option<NetId>,
     first_slice: u32,
     slices: u32,
+}
+
+impl Signal {
+    /// Whether it is a port of the top module.
+    pub(crate) fn is_top_port(&self) -> bool {
+        self.port.is_some() && self.scope == ScopeId(0)
+    }
 }
 
 /// A netlist. Build one with [`Builder`] or load a circuit file.
@@ -140,6 +153,11 @@ impl Netlist {
         self.timescale
     }
 
+    /// Makes a tick something else, where nothing but convention said what it is.
+    pub(crate) fn set_timescale(&mut self, timescale: Timescale) {
+        self.timescale = timescale;
+    }
+
     /// The nets.
     #[must_use]
     pub fn nets(&self) -> &[Net] {
@@ -162,6 +180,11 @@ impl Netlist {
     #[must_use]
     pub fn signals(&self) -> &[Signal] {
         &self.signals
+    }
+
+    /// The ports of the top module in the order of declaration.
+    pub fn ports(&self) -> impl Iterator<Item = SignalId> + '_ {
+        self.signal_ids().filter(|&id| self.signal(id).is_top_port())
     }
 
     /// Every cell's number.

@@ -112,7 +112,7 @@ impl Stats {
         let names = BitNames::new(netlist, &bits);
         let ports = |is: fn(Direction) -> bool| {
             let mut all = Parts::default();
-            for signal in netlist.signals().iter().filter(|s| s.port.is_some_and(is)) {
+            for signal in netlist.ports().map(|id| netlist.signal(id)).filter(|s| s.port.is_some_and(is)) {
                 all += Parts { number: 1, bits: signal.width.into() };
             }
             all

@@ -8,6 +8,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer};
 
 use super::check::Check;
+use super::stimulus::{Stimuli, WaveStimulus};
 use super::time::{Percent, TimeText};
 use crate::Value;
 use crate::circuit::{Expr, Name, ParameterValue};
@@ -29,6 +30,10 @@ pub struct ScenarioFile {
     /// Values of the top module's parameters.
     #[serde(default)]
     pub parameters: IndexMap<Name, Recover<ParameterValue>>,
+    /// Memories of a Yosys netlist, by their path, and the files that say what they hold at first, relative to this one: hex
+    /// words as `$readmemh` reads them.
+    #[serde(default)]
+    pub memories: IndexMap<Name, Recover<Spanned<String>>>,
     /// What happens. Each field takes the place of the circuit's own; `inputs` and `clocks` name by name.
     pub simulation: Option<Recover<Simulation>>,
 }
@@ -46,8 +51,9 @@ pub struct Simulation {
     /// Values of inputs, held from time 0.
     #[serde(default)]
     pub inputs: IndexMap<Name, Recover<ValueText>>,
-    /// Changes of inputs. Several at one time are applied in order.
-    pub stimulus: Option<Vec<Recover<Stimulus>>>,
+    /// Changes of inputs; several at one time are applied in order. Or a waveform that has them, which takes the place of
+    /// all that the circuit's own block says of clocks, inputs, the end and what is expected.
+    pub stimulus: Option<Recover<Stimuli>>,
     /// When to stop.
     pub until: Option<Recover<Until>>,
     /// The run fails if it gets here before `until`; without `until` it ends here.
@@ -248,6 +254,22 @@ impl ScenarioFile {
 }
 
 impl Simulation {
+    /// What drives the inputs, if it has no fault.
+    fn stimuli(&self) -> Option<&Stimuli> {
+        self.stimulus.as_ref()?.as_ref()
+    }
+
+    /// The changes of inputs that have no fault.
+    pub fn changes(&self) -> impl Iterator<Item = &Stimulus> {
+        self.stimuli().map_or(&[][..], Stimuli::changes).iter().filter_map(Recover::as_ref)
+    }
+
+    /// The waveform that drives the inputs, if one does.
+    #[must_use]
+    pub fn wave(&self) -> Option<&WaveStimulus> {
+        self.stimuli()?.wave()
+    }
+
     /// Tells of fields that contradict each other.
     pub(crate) fn check(&self, diagnostics: &mut Diagnostics) {
         let mut tell = |message: &str, span: Span, label: &str| {
@@ -258,7 +280,7 @@ impl Simulation {
                 tell("a clock has both `high` and `duty`", duty.span(), "leave one of them out");
             }
         }
-        for stimulus in self.stimulus.iter().flatten().filter_map(Recover::as_ref) {
+        for stimulus in self.changes() {
             match (&stimulus.at, &stimulus.on) {
                 (Some(at), Some(_)) => tell("a stimulus has both `at` and `on`", at.span(), "leave one of them out"),
                 (None, None) => {
@@ -304,6 +326,9 @@ impl Simulation {
                 }
             }
         }
+        if let Some(wave) = self.wave() {
+            wave.check(diagnostics);
+        }
         for check in self.checks.values().filter_map(Recover::as_ref) {
             check.check(diagnostics);
         }
@@ -348,14 +373,20 @@ mod tests {
         assert_eq!(clock.period.ticks(Timescale::default(), &()), Ok(20));
         assert_eq!(clock.phase.as_ref().unwrap().ticks(Timescale::default(), &()), Ok(10));
         assert_eq!(s.inputs["xh"].as_ref().unwrap().value(8).unwrap().to_u64(), Some(0));
-        let stimulus = s.stimulus.unwrap();
+        let stimulus: Vec<_> = s.changes().collect();
         assert_eq!(stimulus.len(), 3);
-        let on = stimulus[2].as_ref().unwrap().on.as_ref().unwrap();
+        let on = stimulus[2].on.as_ref().unwrap();
         assert_eq!((on.clock.value.as_str(), on.edge.unwrap().value), ("dt", Edge::Falling));
         assert_eq!(s.until.unwrap().as_ref().unwrap().net.value, "end");
         assert_eq!(s.limit.unwrap().as_ref().unwrap().cycles.as_ref().unwrap().text(), "2 << W");
         assert_eq!(s.trace.unwrap()[0].value, "**");
         assert_eq!(s.expect.unwrap()[2].as_ref().unwrap().pulses.as_ref().unwrap().as_number(), Some(5));
+
+        let (file, told) = read(&format!("{{ \"circuit\": \"c\", {} }}", examples.next().unwrap()));
+        assert_eq!(told, [""; 0]);
+        let s = file.unwrap().simulation.unwrap().0.unwrap();
+        let wave = s.wave().unwrap();
+        assert_eq!((wave.wave.as_str(), wave.expect, wave.ignore.len()), ("icarus.vcd", true, 1));
     }
 
     #[test]

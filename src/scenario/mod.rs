@@ -7,14 +7,19 @@ mod check;
 pub mod file;
 mod glob;
 mod record;
+pub mod replay;
 mod resolve;
 mod run;
+pub mod stimulus;
 pub mod time;
 
 pub use check::{Check, CheckReport, CheckRule, Fault, Level, MAX_KEPT, NetEdge, Side, Timing, TimingCheck, Violation};
 pub use file::{Clock, Edge, EdgeOf, Expect, Limit, ScenarioFile, Simulation, Stimulus, Until, ValueText};
+pub(crate) use record::layout;
+pub use replay::Replay;
 pub use resolve::{DEFAULT_CYCLES, DrivenClock, Event, Expectation, Rule, Scenario};
-pub use run::{Control, Failure, Found, Outcome, RunError, Stop, run};
+pub use run::{Control, Failure, Found, Outcome, RunError, Stop, run, run_with};
+pub use stimulus::{Loose, Stimuli, WaveStimulus};
 pub use time::{Percent, TimeText};
 
 pub(crate) use run::value;

@@ -113,7 +113,7 @@ impl Recording {
 }
 
 /// The waveform's scopes and variables: one variable for each traced signal, in the same order.
-fn layout(netlist: &Netlist, traced: &[SignalId]) -> Layout {
+pub(crate) fn layout(netlist: &Netlist, traced: &[SignalId]) -> Layout {
     let mut layout = Layout { timescale: netlist.timescale(), ..Layout::default() };
     let mut used = vec![false; netlist.scopes().len()];
     used[0] = true;

@@ -1,12 +1,17 @@
-//! A scenario with its names resolved: what drives which net when, what is watched, when it ends.
+//! A scenario with its names resolved: what drives which net when, what is watched, when it ends (`end`), what is expected
+//! (`expect`).
+
+mod end;
+mod expect;
 
 use std::collections::HashSet;
 
 use super::check::TimingCheck;
-use super::file::{Clock, Edge, Expect, Limit, Simulation, Stimulus, Until, ValueText};
+use super::file::{Clock, Edge, Simulation, Stimulus, ValueText};
 use super::glob::{DOT, glob_path, glob_set};
+use super::replay::Replay;
+use super::stimulus::Stimuli;
 use crate::Value;
-use crate::cell::CellKind;
 use crate::circuit::{Circuit, Expr, Name};
 use crate::diag::{Code, Diagnostic, Diagnostics, Span};
 use crate::exchange::yosys::Monitor;
@@ -97,6 +102,15 @@ impl Simulation {
     #[must_use]
     pub fn over(&self, base: &Simulation) -> Simulation {
         let mut merged = base.clone();
+        if self.wave().is_some() {
+            // a waveform is what happens, from beginning to end; what must hold at all times stays
+            let violated = |name: &Name| {
+                base.expect.iter().flatten().filter_map(Recover::as_ref).any(|e| e.check.as_ref() == Some(name))
+            };
+            merged.checks.retain(|name, _| !violated(name));
+            let Simulation { trace, checks, .. } = merged;
+            merged = Simulation { trace, checks, ..Simulation::default() };
+        }
         // what was a clock may be held, and the other way round
         merged.clocks.retain(|name, _| !self.inputs.contains_key(name));
         merged.inputs.retain(|name, _| !self.clocks.contains_key(name));
@@ -123,6 +137,17 @@ impl Scenario {
     /// Resolves a scenario against a circuit; every fault goes into `diagnostics`. What is faulty is left out.
     #[must_use]
     pub fn resolve(circuit: &Circuit, simulation: &Simulation, diagnostics: &mut Diagnostics) -> Scenario {
+        Scenario::resolve_with(circuit, simulation, None, diagnostics)
+    }
+
+    /// The same for a scenario that a waveform drives.
+    #[must_use]
+    pub fn resolve_with(
+        circuit: &Circuit,
+        simulation: &Simulation,
+        replay: Option<&Replay>,
+        diagnostics: &mut Diagnostics,
+    ) -> Scenario {
         let before = diagnostics.errors();
         let mut r = Resolver { circuit, netlist: &circuit.netlist, diagnostics };
         let mut scenario = Scenario { monitors: circuit.monitors.clone(), ..Scenario::default() };
@@ -148,7 +173,7 @@ impl Scenario {
                 scenario.inputs.extend(r.value(value, width).map(|v| (net, v)));
             }
         }
-        for stimulus in simulation.stimulus.iter().flatten().filter_map(Recover::as_ref) {
+        for stimulus in simulation.changes() {
             let sets = r.sets(stimulus, simulation);
             if let Some(time) = r.when(stimulus, simulation) {
                 scenario.stimulus.push(Event { time, sets });
@@ -159,8 +184,11 @@ impl Scenario {
             scenario.until = r.until(until);
         }
         let limit = simulation.limit.as_ref().and_then(Recover::as_ref);
-        scenario.limit = r.limit(limit, scenario.clocks.first().map(|c| c.clock), !simulation.clocks.is_empty());
-        scenario.limit_given = limit.is_some();
+        scenario.limit = match replay {
+            Some(replay) => r.limit_of(replay, limit, &scenario),
+            None => r.limit(limit, scenario.clocks.first().map(|c| c.clock), !simulation.clocks.is_empty()),
+        };
+        scenario.limit_given = limit.is_some() || replay.is_some();
         scenario.limit_fails = scenario.until.is_some();
         scenario.trace = r.trace(simulation.trace.as_deref());
         for (name, check) in &simulation.checks {
@@ -171,10 +199,11 @@ impl Scenario {
             scenario.expect.extend(r.expect(expect, simulation, &scenario.checks));
         }
         // what is faulty may be what drives them
+        let all_whole = |s: &Stimuli| s.changes().iter().all(|s| s.as_ref().is_some());
         let whole = simulation.clocks.values().all(|c| c.as_ref().is_some())
-            && simulation.stimulus.iter().flatten().all(|s| s.as_ref().is_some());
+            && simulation.stimulus.as_ref().is_none_or(|s| s.as_ref().is_some_and(all_whole));
         if whole && r.diagnostics.errors() == before {
-            r.undriven_clocks(&scenario);
+            r.undriven_clocks(&scenario, replay);
         }
         scenario
     }
@@ -329,61 +358,6 @@ impl Resolver<'_> {
         time
     }
 
-    fn until(&mut self, until: &Until) -> Option<(SignalId, Value)> {
-        let signal = self.signal(&until.net)?;
-        let width = self.netlist.signal(signal).width;
-        let value = match &until.value {
-            Some(value) => self.value(value, width)?,
-            None => Value::from_u64(1, width),
-        };
-        Some((signal, value))
-    }
-
-    /// The last tick. `clock` is the first clock, if it has no fault; `clocked` whether the scenario has one.
-    fn limit(&mut self, limit: Option<&Limit>, clock: Option<crate::cell::Clock>, clocked: bool) -> u64 {
-        let own = self.netlist.cells().iter().find_map(|c| match c.kind {
-            CellKind::Clock(clock) => Some(clock),
-            _ => None,
-        });
-        let clock = clock.or(own);
-        // n cycles end with the n-th falling edge, none before the first rising one
-        let end = |n: u64, c: crate::cell::Clock| match n.checked_sub(1) {
-            Some(before) => before.saturating_mul(c.period).saturating_add(c.phase).saturating_add(c.high),
-            None => c.phase.saturating_sub(1),
-        };
-        let mut last = None;
-        if let Some(time) = limit.and_then(|l| l.time.as_ref()) {
-            last = self.ticks(time);
-        }
-        if let Some(cycles) = limit.and_then(|l| l.cycles.as_ref())
-            && let Some(n) = self.ok(cycles.eval(&self.circuit.parameters))
-        {
-            match (u64::try_from(n), clock) {
-                (Ok(n), Some(clock)) => last = Some(last.unwrap_or(u64::MAX).min(end(n, clock))),
-                (Err(_), _) => self.diagnostics.push(
-                    Diagnostic::new(Code::BadScenario, format!("a run cannot take {n} cycles")).at(cycles.span(), ""),
-                ),
-                // its fault is told
-                (_, None) if clocked => {}
-                (_, None) => {
-                    let clock = Resolver::clocked_by_inputs(self.netlist)
-                        .next()
-                        .map(|(_, input)| &self.netlist.signal(input).name);
-                    let help = match clock {
-                        Some(name) => format!("drive one: `--clock {name}=10ns`; or limit the run by `time`"),
-                        None => "limit the run by `time`".to_owned(),
-                    };
-                    self.diagnostics.push(
-                        Diagnostic::new(Code::BadScenario, "there is no clock whose cycles could be counted")
-                            .at(cycles.span(), "")
-                            .help(help),
-                    );
-                }
-            }
-        }
-        last.unwrap_or_else(|| clock.map_or(DEFAULT_CYCLES, |c| end(DEFAULT_CYCLES, c)))
-    }
-
     fn trace(&mut self, globs: Option<&[Spanned<String>]>) -> Vec<SignalId> {
         let all = self.netlist.signal_ids();
         let Some(globs) = globs else { return all.filter(|&s| !self.netlist.signal(s).hidden).collect() };
@@ -416,67 +390,6 @@ impl Resolver<'_> {
         self.netlist.signal_ids().filter(|s| chosen.contains(&s.index())).collect()
     }
 
-    /// A number of times.
-    fn count(&mut self, expr: &Expr, what: &str) -> Option<u64> {
-        let n = self.number(expr)?;
-        let Ok(n) = u64::try_from(n) else {
-            let message = format!("there cannot be {n} {what}");
-            return self.fault(Diagnostic::new(Code::BadScenario, message).at(expr.span(), ""));
-        };
-        Some(n)
-    }
-
-    /// A violation that is expected; `checks` are those without a fault.
-    fn violated(
-        &mut self,
-        name: &Name,
-        expect: &Expect,
-        simulation: &Simulation,
-        checks: &[TimingCheck],
-    ) -> Option<Expectation> {
-        if !simulation.checks.contains_key(name.value.as_str()) {
-            let names = simulation.checks.keys().map(|n| n.value.as_str());
-            let message = format!("the scenario has no timing check `{}`", name.value);
-            let fault = Diagnostic::new(Code::UnknownCheck, message).at(name.span, "not among its `checks`");
-            return self.fault(fault.did_you_mean(name, names));
-        }
-        let count = match &expect.violations {
-            Some(n) => Some(self.count(n, "violations")?),
-            None => None,
-        };
-        let first = match &expect.at {
-            Some(at) => Some(self.ticks(at)?),
-            None => None,
-        };
-        if let (Some(0), Some(_), Some(violations)) = (count, first, &expect.violations) {
-            let fault = Diagnostic::new(Code::BadScenario, "without a violation there is no time of the first");
-            return self.fault(fault.at(violations.span(), "1 or more, or leave out `at`"));
-        }
-        let check = checks.iter().position(|c| c.name == name.value)?;
-        let span = expect.violations.as_ref().map_or(name.span, Expr::span);
-        Some(Expectation { signal: checks[check].net, rule: Rule::Violated { check, count, first }, span })
-    }
-
-    fn expect(&mut self, expect: &Expect, simulation: &Simulation, checks: &[TimingCheck]) -> Option<Expectation> {
-        if let Some(name) = &expect.check {
-            return self.violated(name, expect, simulation, checks);
-        }
-        let net = expect.net.as_ref()?;
-        let signal = self.signal(net)?;
-        let width = self.netlist.signal(signal).width;
-        let rule = if let Some(value) = &expect.value {
-            let at = match &expect.at {
-                Some(at) => Some(self.ticks(at)?),
-                None => None,
-            };
-            Rule::Value(at, self.value(value, width)?)
-        } else {
-            Rule::Pulses(self.count(expect.pulses.as_ref()?, "pulses")?)
-        };
-        let span = expect.value.as_ref().map_or(net.span, ValueText::span);
-        Some(Expectation { signal, rule, span })
-    }
-
     /// Clocked cells and the inputs that clock them, through buffers and inverters at most.
     fn clocked_by_inputs(netlist: &Netlist) -> impl Iterator<Item = (CellId, SignalId)> + '_ {
         let clocks = netlist.cell_ids().flat_map(|cell| netlist.clock_sources(cell).map(move |c| (cell, c.0)));
@@ -487,13 +400,14 @@ impl Resolver<'_> {
     }
 
     /// Tells of inputs that clock something and that the scenario never drives.
-    fn undriven_clocks(&mut self, scenario: &Scenario) {
+    fn undriven_clocks(&mut self, scenario: &Scenario, replay: Option<&Replay>) {
         let driven: HashSet<NetId> = scenario
             .clocks
             .iter()
             .map(|c| c.net)
             .chain(scenario.inputs.iter().map(|i| i.0))
             .chain(scenario.stimulus.iter().flat_map(|e| &e.sets).map(|s| s.0))
+            .chain(replay.into_iter().flat_map(Replay::driven))
             .collect();
         let mut told = HashSet::new();
         let netlist = self.netlist;

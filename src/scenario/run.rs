@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::check::{CheckReport, Checker};
 use super::record::Recording;
+use super::replay::Feed;
 use super::resolve::{Rule, Scenario};
 use crate::Value;
 use crate::engine::{Engine, UnknownControl, Unsettled};
@@ -226,6 +227,21 @@ pub fn run(
     netlist: &Netlist,
     scenario: &Scenario,
     engine: &mut dyn Engine,
+    sink: Option<&mut dyn Sink>,
+    control: &mut Control<'_>,
+) -> Result<Outcome, RunError> {
+    run_with(netlist, scenario, engine, None, sink, control)
+}
+
+/// The same where a waveform drives inputs.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_with(
+    netlist: &Netlist,
+    scenario: &Scenario,
+    engine: &mut dyn Engine,
+    mut feed: Option<Feed<'_>>,
     mut sink: Option<&mut dyn Sink>,
     control: &mut Control<'_>,
 ) -> Result<Outcome, RunError> {
@@ -239,13 +255,6 @@ pub fn run(
     for (net, value) in &scenario.inputs {
         drive(engine, *net, value);
     }
-    let mut checks: Vec<(u64, usize)> = Vec::new();
-    for (i, e) in scenario.expect.iter().enumerate() {
-        if let Rule::Value(Some(time), _) = e.rule {
-            checks.push((time, i));
-        }
-    }
-    checks.sort_unstable();
     let mut outcome = Outcome {
         stop: Stop::Limit,
         time: 0,
@@ -257,7 +266,7 @@ pub fn run(
         uncovered: Vec::new(),
         outputs: Vec::new(),
     };
-    let end = instants(scenario, engine, &mut watch, &mut sink, &checks, &mut outcome, control);
+    let end = instants(scenario, engine, &mut feed, &mut watch, &mut sink, &mut outcome, control);
     outcome.time = engine.now();
     outcome.events = engine.events();
     if let Err(RunError::Wave(e)) = end {
@@ -291,9 +300,7 @@ pub fn run(
     outcome.failures.sort_by_key(|f| f.expectation);
     let uncovered = scenario.monitors.iter().zip(&watch.seen).enumerate();
     outcome.uncovered = uncovered.filter(|(_, (c, seen))| c.is_uncovered(seen)).map(|(i, _)| i).collect();
-    let outputs = netlist.signal_ids().filter(|&s| {
-        matches!(netlist.signal(s).port, Some(crate::netlist::Direction::Output | crate::netlist::Direction::Inout))
-    });
+    let outputs = netlist.ports().filter(|&s| netlist.signal(s).port != Some(crate::netlist::Direction::Input));
     outcome.outputs = outputs.map(|s| (s, watch.value(engine, s))).collect();
     Ok(outcome)
 }
@@ -302,22 +309,48 @@ pub fn run(
 fn instants(
     scenario: &Scenario,
     engine: &mut dyn Engine,
+    feed: &mut Option<Feed<'_>>,
     watch: &mut Watch<'_>,
     sink: &mut Option<&mut dyn Sink>,
-    checks: &[(u64, usize)],
     outcome: &mut Outcome,
     control: &mut Control<'_>,
 ) -> Result<Stop, RunError> {
     let mut stimulus = scenario.stimulus.iter().peekable();
+    let mut checks: Vec<(u64, usize)> = Vec::new();
+    for (i, e) in scenario.expect.iter().enumerate() {
+        if let Rule::Value(Some(time), _) = e.rule {
+            checks.push((time, i));
+        }
+    }
+    checks.sort_unstable();
     let mut checks = checks.iter().peekable();
     let mut first = true;
     loop {
         let due = stimulus.peek().map_or(u64::MAX, |e| e.time).min(checks.peek().map_or(u64::MAX, |c| c.0));
+        let fed = feed.as_ref().and_then(Feed::due);
+        let due = due.min(fed.unwrap_or(u64::MAX));
         let stride = engine.now().saturating_add(STRIDE).max(engine.next_event().unwrap_or(0));
-        let target = if first { 0 } else { due.min(scenario.limit).min(stride) };
-        first = false;
+        let mut target = if first { 0 } else { due.min(scenario.limit).min(stride) };
+        let mut fed = feed.as_mut().filter(|_| fed == Some(target));
+        if fed.is_some() && engine.next_event().is_some_and(|event| event < target) {
+            // what comes before it
+            target -= 1;
+            fed = None;
+        }
+        if let Some(feed) = &mut fed {
+            // clocks change together with the other clocks and the delays of this tick; at first all
+            feed.step();
+            feed.drive_first(engine, first);
+        }
         engine.advance(target)?;
         let now = engine.now();
+        if let Some(feed) = fed {
+            engine.settle()?;
+            if feed.drive_rest(engine) {
+                engine.settle()?;
+            }
+        }
+        first = false;
         let mut stimulated = false;
         while let Some(event) = stimulus.next_if(|e| e.time <= now) {
             event.sets.iter().for_each(|(net, value)| drive(engine, *net, value));
@@ -349,7 +382,11 @@ fn instants(
         if now >= scenario.limit {
             return Ok(Stop::Limit);
         }
-        if engine.next_event().is_none() && stimulus.peek().is_none() && checks.peek().is_none() {
+        if engine.next_event().is_none()
+            && stimulus.peek().is_none()
+            && checks.peek().is_none()
+            && feed.as_ref().is_none_or(|f| f.due().is_none())
+        {
             if scenario.limit_given && scenario.until.is_none() {
                 engine.advance(scenario.limit)?;
                 return Ok(Stop::Limit);

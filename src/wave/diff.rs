@@ -5,12 +5,12 @@
 //! what is counted is not.
 
 use std::collections::{BTreeMap, HashMap, VecDeque};
-use std::iter::Peekable;
 
 use serde::Serialize;
-use wellen::{Signal, SignalRef, SignalValueRef};
+use wellen::{Signal, SignalRef};
 
 use super::read::{self, ReadError, ValueKind, Waves};
+use super::walk::{Point, Source, Walk, same};
 use crate::timescale::Timescale;
 
 /// How many pairs of variables are in memory together.
@@ -37,11 +37,13 @@ pub struct Options {
     pub max_signals: usize,
     /// How many times before and after the first difference are reported.
     pub context: usize,
+    /// Of a waveform that has this scope, what is below it is compared, by its name from there on.
+    pub scope: Option<String>,
 }
 
 impl Default for Options {
     fn default() -> Options {
-        Options { x_as_dont_care: None, ignore_end: false, max_signals: 20, context: 5 }
+        Options { x_as_dont_care: None, ignore_end: false, max_signals: 20, context: 5, scope: None }
     }
 }
 
@@ -61,6 +63,8 @@ pub struct Difference {
     pub ends_differ: bool,
     /// How many variables were compared.
     pub compared: usize,
+    /// How many of their values: at each time at which one changes in either, up to its first difference.
+    pub values: u64,
     /// How many of them differ.
     pub differing: usize,
     /// The first time at which any does.
@@ -126,7 +130,7 @@ impl<T> Default for List<T> {
 }
 
 impl<T> List<T> {
-    fn push(&mut self, max: usize, item: impl FnOnce() -> T) {
+    pub(crate) fn push(&mut self, max: usize, item: impl FnOnce() -> T) {
         self.count += 1;
         if self.first.len() < max {
             self.first.push(item());
@@ -169,6 +173,32 @@ fn as_text<S: serde::Serializer>(timescale: &Option<Timescale>, to: S) -> Result
 /// # Errors
 /// Values that are damaged, or times that are too great for the common timescale.
 pub fn diff(a: &mut Waves, b: &mut Waves, options: &Options) -> Result<Difference, ReadError> {
+    diff_of(a, b, None, options)
+}
+
+/// Compares variables of two waveforms, given by their indices, and leaves all others aside. What comes before the first
+/// time of the first waveform is not compared.
+///
+/// # Errors
+/// As [`diff`].
+///
+/// # Panics
+/// If there is no such variable.
+pub fn diff_pairs(
+    a: &mut Waves,
+    b: &mut Waves,
+    pairs: &[(usize, usize)],
+    options: &Options,
+) -> Result<Difference, ReadError> {
+    diff_of(a, b, Some(pairs), options)
+}
+
+fn diff_of(
+    a: &mut Waves,
+    b: &mut Waves,
+    given: Option<&[(usize, usize)]>,
+    options: &Options,
+) -> Result<Difference, ReadError> {
     let common = match (a.exponent(), b.exponent()) {
         (Some(x), Some(y)) => Some(x.min(y)),
         (x, y) => x.or(y),
@@ -182,6 +212,7 @@ pub fn diff(a: &mut Waves, b: &mut Waves, options: &Options) -> Result<Differenc
         b: Party { name: b.path().display().to_string(), end: end_b },
         ends_differ: end_a != end_b && !options.ignore_end,
         compared: 0,
+        values: 0,
         differing: 0,
         first: None,
         signals: Vec::new(),
@@ -190,10 +221,16 @@ pub fn diff(a: &mut Waves, b: &mut Waves, options: &Options) -> Result<Differenc
         only_a: List::default(),
         only_b: List::default(),
     };
-    let pairs = pairs(a, b, options, &mut result);
-    let compare = Compare { until: end_a.min(end_b), scale, dont_care: options.x_as_dont_care };
+    let mut matched = Matched::default();
+    match given {
+        None => matched.by_name(a, b, options, &mut result),
+        Some(pairs) => pairs.iter().for_each(|&(x, y)| matched.pair(a, x, b, y, options, &mut result)),
+    }
+    let pairs = matched.list();
+    let from = given.map_or(0, |_| a.start() * scale.a);
+    let compare = Compare { from, until: end_a.min(end_b), scale, dont_care: options.x_as_dont_care };
 
-    let (mut found, clock) = compare.all(a, b, &pairs)?;
+    let (mut found, clock) = compare.all(a, b, &pairs, &mut result.values)?;
     found.sort_by_key(|found| (found.time, found.var));
     result.differing = found.len();
     result.first = found.first().map(|found| found.time);
@@ -240,30 +277,62 @@ fn factor(waves: &Waves, common: Option<i32>) -> Result<u64, ReadError> {
 type Pair = (SignalRef, SignalRef, ValueKind);
 
 /// What is in both: each pair of signals once, with the variables (of the first) that have it.
-fn pairs(a: &Waves, b: &Waves, options: &Options, result: &mut Difference) -> Vec<(Pair, Vec<usize>)> {
-    let mut pairs: BTreeMap<(SignalRef, SignalRef), (ValueKind, Vec<usize>)> = BTreeMap::new();
-    for (i, var) in a.vars().iter().enumerate() {
-        let Some(other) = b.find(&var.name).map(|i| &b.vars()[i]) else {
-            result.only_a.push(options.max_signals, || var.name.clone());
-            continue;
-        };
+#[derive(Default)]
+struct Matched(BTreeMap<(SignalRef, SignalRef), (ValueKind, Vec<usize>)>);
+
+impl Matched {
+    fn by_name(&mut self, a: &Waves, b: &Waves, options: &Options, result: &mut Difference) {
+        let (list_a, list_b) = (below(a, options), below(b, options));
+        let index = |list: &[(usize, &str)]| list.iter().rev().map(|&(i, name)| (name.to_owned(), i)).collect();
+        let (all_a, all_b): (HashMap<String, usize>, HashMap<String, usize>) = (index(&list_a), index(&list_b));
+        for &(i, name) in &list_a {
+            match all_b.get(name) {
+                Some(&other) => self.pair(a, i, b, other, options, result),
+                None => result.only_a.push(options.max_signals, || a.vars()[i].name.clone()),
+            }
+        }
+        for &(i, _) in list_b.iter().filter(|(_, name)| !all_a.contains_key(*name)) {
+            result.only_b.push(options.max_signals, || b.vars()[i].name.clone());
+        }
+    }
+
+    fn pair(&mut self, a: &Waves, i: usize, b: &Waves, j: usize, options: &Options, result: &mut Difference) {
+        let (var, other) = (&a.vars()[i], &b.vars()[j]);
         if var.kind != other.kind {
             result.kinds.push(options.max_signals, || KindDifference {
                 name: var.name.clone(),
                 a: var.kind.to_string(),
                 b: other.kind.to_string(),
             });
-            continue;
+            return;
         }
         result.compared += 1;
-        pairs.entry((var.signal, other.signal)).or_insert((var.kind, Vec::new())).1.push(i);
+        self.0.entry((var.signal, other.signal)).or_insert((var.kind, Vec::new())).1.push(i);
     }
-    for var in b.vars() {
-        if a.find(&var.name).is_none() {
-            result.only_b.push(options.max_signals, || var.name.clone());
-        }
+
+    fn list(self) -> Vec<(Pair, Vec<usize>)> {
+        self.0.into_iter().map(|((a, b), (kind, vars))| ((a, b, kind), vars)).collect()
     }
-    pairs.into_iter().map(|((a, b), (kind, vars))| ((a, b, kind), vars)).collect()
+}
+
+/// Whether a waveform has something below a scope.
+#[must_use]
+pub fn has_scope(waves: &Waves, scope: &str) -> bool {
+    waves.vars().iter().any(|var| from_scope(&var.name, scope).is_some())
+}
+
+fn from_scope<'n>(name: &'n str, scope: &str) -> Option<&'n str> {
+    name.strip_prefix(scope)?.strip_prefix('.')
+}
+
+/// The variables that are compared, by their names from the scope on.
+fn below<'w>(waves: &'w Waves, options: &Options) -> Vec<(usize, &'w str)> {
+    let scope = options.scope.as_deref().filter(|scope| has_scope(waves, scope));
+    let name = |name: &'w str| match scope {
+        Some(scope) => from_scope(name, scope),
+        None => Some(name),
+    };
+    waves.vars().iter().enumerate().filter_map(|(i, var)| Some((i, name(&var.name)?))).collect()
 }
 
 #[derive(Clone, Copy)]
@@ -273,6 +342,8 @@ struct Scale {
 }
 
 struct Compare {
+    /// Earlier times are not compared.
+    from: u64,
     /// Later times are not compared.
     until: u64,
     scale: Scale,
@@ -297,6 +368,7 @@ impl Compare {
         a: &mut Waves,
         b: &mut Waves,
         pairs: &[(Pair, Vec<usize>)],
+        values: &mut u64,
     ) -> Result<(Vec<Found>, Option<Named>), ReadError> {
         let mut found = Vec::new();
         let mut clock: Option<(usize, Named)> = None;
@@ -306,7 +378,7 @@ impl Compare {
             for (pair, vars) in batch {
                 let (signal_a, signal_b) = (loaded_a.get(&pair.0), loaded_b.get(&pair.1));
                 let walk = self.walk([(signal_a, a, self.scale.a), (signal_b, b, self.scale.b)]);
-                if let Some(time) = self.first_difference(walk, pair.2) {
+                if let Some(time) = self.first_difference(walk, pair.2, values) {
                     found.extend(vars.iter().map(|&var| Found { time, var, pair: *pair }));
                 }
                 if pair.2 == ValueKind::Bits(1)
@@ -320,11 +392,20 @@ impl Compare {
         Ok((found, clock.map(|(_, clock)| clock)))
     }
 
-    fn first_difference<'a>(&self, mut walk: Walk<'a, impl Point<'a>>, kind: ValueKind) -> Option<u64> {
+    fn first_difference<'a>(
+        &self,
+        mut walk: Walk<'a, impl Point<'a>>,
+        kind: ValueKind,
+        values: &mut u64,
+    ) -> Option<u64> {
         while let Some(time) = walk.next() {
             if time > self.until {
                 return None;
             }
+            if time < self.from {
+                continue;
+            }
+            *values += 1;
             let [a, b] = [walk.value(0, kind), walk.value(1, kind)];
             if !same(a, b, self.dont_care) {
                 return Some(time);
@@ -414,94 +495,6 @@ impl Compare {
 fn load(waves: &mut Waves, signals: impl Iterator<Item = SignalRef>) -> Result<HashMap<SignalRef, Signal>, ReadError> {
     let signals: Vec<SignalRef> = signals.collect();
     Ok(waves.signals(&signals)?.into_iter().map(|signal| (signal.signal_ref(), signal)).collect())
-}
-
-trait Point<'a>: Iterator<Item = (u64, SignalValueRef<'a>)> {}
-impl<'a, I: Iterator<Item = (u64, SignalValueRef<'a>)>> Point<'a> for I {}
-
-/// Goes through the changes of several signals together, in order of time.
-struct Walk<'a, I: Point<'a>> {
-    sources: Vec<Source<'a, I>>,
-    now: u64,
-}
-
-struct Source<'a, I: Point<'a>> {
-    /// What is to come.
-    points: Peekable<I>,
-    /// When it last changed, and to what.
-    last: Option<(u64, SignalValueRef<'a>)>,
-}
-
-/// The value of a signal at one time.
-#[derive(Clone, Copy)]
-enum Sample<'a> {
-    /// Nothing said so far: these bits are x.
-    Unknown(u32),
-    Nothing,
-    Value(SignalValueRef<'a>),
-}
-
-impl<'a, I: Point<'a>> Walk<'a, I> {
-    /// The next time at which any of them changes.
-    fn next(&mut self) -> Option<u64> {
-        let next = self.sources.iter_mut().filter_map(|source| source.points.peek()).map(|&(time, _)| time).min()?;
-        for source in &mut self.sources {
-            if let Some(point) = source.points.next_if(|&(time, _)| time == next) {
-                source.last = Some(point);
-            }
-        }
-        self.now = next;
-        Some(next)
-    }
-
-    fn value(&self, source: usize, kind: ValueKind) -> Sample<'a> {
-        match (self.sources[source].last, kind) {
-            // An event is there only when it happens.
-            (Some((time, _)), ValueKind::Event) if time != self.now => Sample::Nothing,
-            (Some((_, value)), _) => Sample::Value(value),
-            (None, ValueKind::Bits(width)) => Sample::Unknown(width),
-            (None, _) => Sample::Nothing,
-        }
-    }
-
-    fn text(&self, source: usize, kind: ValueKind) -> String {
-        match self.value(source, kind) {
-            Sample::Unknown(width) => "x".repeat(width as usize),
-            Sample::Nothing => String::new(),
-            Sample::Value(SignalValueRef::Event) => "event".to_owned(),
-            Sample::Value(value) => value.to_string(),
-        }
-    }
-}
-
-fn same(a: Sample<'_>, b: Sample<'_>, dont_care: Option<Side>) -> bool {
-    match (a, b) {
-        (Sample::Value(SignalValueRef::Real(a)), Sample::Value(SignalValueRef::Real(b))) => {
-            a == b || a.is_nan() && b.is_nan()
-        }
-        (Sample::Value(a), Sample::Value(b)) if a == b => true,
-        (Sample::Value(SignalValueRef::BitVec(a)), Sample::Value(SignalValueRef::BitVec(b))) => match dont_care {
-            None => false,
-            Some(Side::A) => agrees(a, b),
-            Some(Side::B) => agrees(b, a),
-        },
-        (Sample::Unknown(_), Sample::Unknown(_)) | (Sample::Nothing, Sample::Nothing) => true,
-        (Sample::Unknown(_), Sample::Value(SignalValueRef::BitVec(value))) => {
-            dont_care == Some(Side::A) || value.iter_lsb_to_msb().all(|bit| bit.as_ascii() == 'x')
-        }
-        (Sample::Value(SignalValueRef::BitVec(value)), Sample::Unknown(_)) => {
-            dont_care == Some(Side::B) || value.iter_lsb_to_msb().all(|bit| bit.as_ascii() == 'x')
-        }
-        _ => false,
-    }
-}
-
-/// Whether every bit that is not x in the first is the same in the second.
-fn agrees(loose: wellen::BitVecRef<'_>, strict: wellen::BitVecRef<'_>) -> bool {
-    loose
-        .iter_lsb_to_msb()
-        .zip(strict.iter_lsb_to_msb())
-        .all(|(loose, strict)| loose.as_ascii() == 'x' || loose.as_ascii() == strict.as_ascii())
 }
 
 #[cfg(test)]

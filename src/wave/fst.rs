@@ -1,6 +1,6 @@
 //! Writing FST, GTKWave's compressed format, while a run goes on.
 //!
-//! The `fst-writer` crate does the format. Changes are kept by it and compressed [`SECTION`] bytes at a time, so memory
+//! The `fst-writer` crate does the format. Changes are kept by it and compressed some megabytes at a time, so memory
 //! does not grow with the run. The bytes are the same everywhere: no date, no version number. The numbers in its header
 //! are known at the end only, so the destination is one that can go back.
 
@@ -66,7 +66,7 @@ pub struct Fst<D: Destination + Seek> {
 
 enum State<D: Destination + Seek> {
     New(D),
-    Body(FstBodyWriter<BufWriter<D>>),
+    Body(Box<FstBodyWriter<BufWriter<D>>>),
     /// It failed or is complete.
     Done,
 }
@@ -154,7 +154,7 @@ impl<D: Destination + Seek> Format for Fst<D> {
         };
         let mut header = FstHeaderWriter::new(BufWriter::new(destination), &info).map_err(fault)?;
         self.declare(&mut header, layout, slot_of).map_err(fault)?;
-        self.state = State::Body(header.finish().map_err(fault)?);
+        self.state = State::Body(Box::new(header.finish().map_err(fault)?));
         Ok(())
     }
 

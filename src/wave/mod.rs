@@ -2,21 +2,26 @@
 //!
 //! A [`Layout`] describes the variables, a [`Sink`] takes their changes in order of time ([`vcd`] and [`fst`] are two,
 //! [`background`] does what another does on a thread of its own), [`output`] decides where the bytes go and that no half
-//! file takes the place of a whole one. [`read`] and [`diff`] go the other way. This room knows scopes, names, widths and times; it knows nothing of circuits, nets or engines.
+//! file takes the place of a whole one. [`read`] and [`diff`] go the other way, [`play`] hands on what is read. This room
+//! knows scopes, names, widths and times; it knows nothing of circuits, nets or engines.
 
 pub mod background;
 pub mod diff;
 mod file;
 pub mod fst;
 pub mod layout;
+mod names;
 pub mod output;
+pub mod play;
 mod precheck;
 pub mod read;
 pub mod recorder;
 mod report;
 #[cfg(test)]
 mod samples;
+pub mod select;
 pub mod vcd;
+mod walk;
 
 use std::io;
 

@@ -4,7 +4,6 @@
 //! whatever the reader makes of it.
 
 use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 use std::fmt;
 use std::fs::File;
 use std::io::{self, BufReader, Seek};
@@ -12,14 +11,12 @@ use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
-use wellen::{FileFormat, Hierarchy, ItemRef, LoadOptions, SignalEncoding, SignalRef, SignalSource, viewers};
-use wellen::{Signal, SignalValueRef, States, Var};
+use wellen::{FileFormat, Hierarchy, LoadOptions, SignalRef, SignalSource, viewers};
+use wellen::{Signal, SignalValueRef, States};
 
-use super::{Layout, precheck};
+use super::names::{self, Names};
+use super::precheck;
 use crate::timescale::Timescale;
-
-/// Scopes inside one another.
-const MAX_DEPTH: usize = 10_000;
 
 /// What the values of a variable are.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
@@ -53,7 +50,26 @@ pub struct WaveVar {
     pub name: String,
     /// What its values are.
     pub kind: ValueKind,
+    /// The first and the last index of its bits, if the file says: of a vector, of a part of one, or of a single bit.
+    pub index: Option<(i64, i64)>,
     pub(super) signal: SignalRef,
+    /// How much of the name is scopes, and how much is all but the index.
+    pub(super) scopes: u32,
+    pub(super) stem: u32,
+}
+
+impl WaveVar {
+    /// Its scopes joined by dots; empty at the top.
+    #[must_use]
+    pub fn scope(&self) -> &str {
+        self.name[..self.scopes as usize].trim_end_matches('.')
+    }
+
+    /// The full name without an index.
+    #[must_use]
+    pub fn stem(&self) -> &str {
+        &self.name[..self.stem as usize]
+    }
 }
 
 /// A waveform in a file.
@@ -77,6 +93,7 @@ pub struct Waves {
     source: Option<SignalSource>,
     times: Vec<u64>,
     vars: Vec<WaveVar>,
+    scopes: Vec<String>,
     index: HashMap<String, usize>,
     exponent: Option<i32>,
 }
@@ -115,7 +132,7 @@ impl Waves {
         let options = LoadOptions { multi_thread: false, ..LoadOptions::default() };
         let header = viewers::read_header(input, &options).map_err(malformed)?;
         let hierarchy = header.hierarchy;
-        let (vars, index) = variables(&hierarchy)?;
+        let Names { vars, index, scopes } = names::names(&hierarchy)?;
         let exponent = match hierarchy.timescale() {
             Some(timescale) => exponent(timescale)?,
             None => None,
@@ -129,7 +146,7 @@ impl Waves {
         if times.windows(2).any(|pair| pair[0] >= pair[1]) {
             return Err(Fault::Malformed("time goes back".to_owned()));
         }
-        Ok(Waves { path: path.to_owned(), hierarchy, source, times, vars, index, exponent })
+        Ok(Waves { path: path.to_owned(), hierarchy, source, times, vars, scopes, index, exponent })
     }
 
     /// The file.
@@ -142,6 +159,12 @@ impl Waves {
     #[must_use]
     pub fn vars(&self) -> &[WaveVar] {
         &self.vars
+    }
+
+    /// The full names of the scopes, in the order of the file.
+    #[must_use]
+    pub fn scopes(&self) -> &[String] {
+        &self.scopes
     }
 
     /// The index of a variable by its full name.
@@ -160,6 +183,12 @@ impl Waves {
     #[must_use]
     pub fn timescale(&self) -> Option<Timescale> {
         self.exponent.and_then(Timescale::from_exponent)
+    }
+
+    /// The first time of the file in ticks; 0 if there is none.
+    #[must_use]
+    pub fn start(&self) -> u64 {
+        self.times.first().copied().unwrap_or(0)
     }
 
     /// The last time of the file in ticks; 0 if there is none.
@@ -196,6 +225,15 @@ impl Waves {
 
     pub(super) fn times(&self) -> &[u64] {
         &self.times
+    }
+
+    /// Whether two variables, given by their indices, are names for one thing.
+    ///
+    /// # Panics
+    /// If there is no such variable.
+    #[must_use]
+    pub fn are_one(&self, a: usize, b: usize) -> bool {
+        self.vars[a].signal == self.vars[b].signal
     }
 }
 
@@ -244,95 +282,6 @@ pub(super) fn changes<'a>(
         }
         Some((times[at as usize], value))
     })
-}
-
-/// The variables with their full names, which are made unique.
-fn variables(hierarchy: &Hierarchy) -> Result<(Vec<WaveVar>, HashMap<String, usize>), Fault> {
-    let mut vars = Vec::new();
-    let mut index = HashMap::new();
-    let mut again = HashMap::new();
-    // The items yet to come, the next one last, and at which length of the path they continue.
-    let mut open: Vec<(ItemRef, usize, usize)> = Vec::new();
-    let mut path = String::new();
-    let push = |open: &mut Vec<_>, items: &mut dyn Iterator<Item = ItemRef>, length, depth| {
-        let from = open.len();
-        open.extend(items.map(|item| (item, length, depth)));
-        open[from..].reverse();
-    };
-    push(&mut open, &mut hierarchy.items(), 0, 0);
-    while let Some((item, length, depth)) = open.pop() {
-        path.truncate(length);
-        match item {
-            ItemRef::Scope(scope) => {
-                if depth >= MAX_DEPTH {
-                    return Err(Fault::Malformed(format!("more than {MAX_DEPTH} scopes inside one another")));
-                }
-                let scope = &hierarchy[scope];
-                path.push_str(plain(scope.name(hierarchy)));
-                path.push('.');
-                push(&mut open, &mut scope.items(hierarchy), path.len(), depth + 1);
-            }
-            ItemRef::Var(var) => {
-                let var = &hierarchy[var];
-                let kind = match var.signal_encoding(hierarchy) {
-                    SignalEncoding::BitVector(0) => ValueKind::Event,
-                    SignalEncoding::BitVector(width) => ValueKind::Bits(width),
-                    SignalEncoding::Real => ValueKind::Real,
-                    SignalEncoding::String => ValueKind::Text,
-                };
-                let name = own_name(var, hierarchy, &path);
-                if let ValueKind::Bits(width) = kind
-                    && width > Layout::MAX_WIDTH
-                {
-                    let max = Layout::MAX_WIDTH;
-                    return Err(Fault::Malformed(format!("`{name}` is {width} bits wide; at most {max} are read")));
-                }
-                let name = unique(name, var, &mut index, &mut again, vars.len());
-                vars.push(WaveVar { name, kind, signal: var.signal_ref() });
-            }
-        }
-    }
-    Ok((vars, index))
-}
-
-/// A name without the backslash by which Verilog escapes it, and which some simulators write.
-fn plain(name: &str) -> &str {
-    name.strip_prefix('\\').filter(|rest| !rest.is_empty()).unwrap_or(name)
-}
-
-/// The name with the index of a single bit: `q[3]` where a file has the bits of a vector one by one.
-fn own_name(var: &Var, hierarchy: &Hierarchy, path: &str) -> String {
-    let name = plain(var.name(hierarchy));
-    match var.index() {
-        Some(index) if index.msb() == index.lsb() => format!("{path}{name}[{}]", index.msb()),
-        _ => format!("{path}{name}"),
-    }
-}
-
-/// Enters a name that is not there yet: parts of one vector get their range, what is still the same a number.
-fn unique(
-    name: String,
-    var: &Var,
-    index: &mut HashMap<String, usize>,
-    again: &mut HashMap<String, u64>,
-    at: usize,
-) -> String {
-    let range = var.index().map(|range| format!("{name}[{}:{}]", range.msb(), range.lsb()));
-    for candidate in [Some(name.clone()), range].into_iter().flatten() {
-        if let Entry::Vacant(free) = index.entry(candidate.clone()) {
-            free.insert(at);
-            return candidate;
-        }
-    }
-    loop {
-        let count = again.entry(name.clone()).or_insert(1);
-        *count += 1;
-        let candidate = format!("{name}#{count}");
-        if let Entry::Vacant(free) = index.entry(candidate.clone()) {
-            free.insert(at);
-            return candidate;
-        }
-    }
 }
 
 fn exponent(timescale: wellen::Timescale) -> Result<Option<i32>, Fault> {

@@ -75,7 +75,7 @@ fn damaged_files() {
                   $upscope $end $enddefinitions $end\n";
     let fst = std::fs::read(FST).unwrap();
     let body = |body: &str| format!("{header}{body}").into_bytes();
-    let deep = "$scope module a $end ".repeat(MAX_DEPTH + 1);
+    let deep = "$scope module a $end ".repeat(names::MAX_DEPTH + 1);
     let cases: &[(&str, Vec<u8>, &str)] = &[
         ("empty", vec![], "it is empty"),
         ("text", b"hello\n".to_vec(), "it is not a waveform"),

@@ -1,5 +1,6 @@
 //! The oracles are the `vcd` crate's own writer of values, `wellen`, and GTKWave's `vcd2fst`.
 
+use needs::needs;
 use proptest::prelude::*;
 
 use super::*;
@@ -148,6 +149,7 @@ fn cut_off_at_a_line_it_reads_as_the_run_up_to_there() {
     assert!(cuts > 60, "{cuts}");
 }
 
+#[needs(vcd2fst)]
 #[test]
 fn gtkwave_takes_it() {
     let (widths, steps) = sample();

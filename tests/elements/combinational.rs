@@ -3,6 +3,7 @@
 //! One operator is spelt out: for an unknown condition `a ? b : c` gives x for a z on both sides by table 5-21 of
 //! IEEE 1364-2005, and so do the elements; Icarus gives z.
 
+use needs::needs;
 use serde_json::json;
 
 use crate::icarus::{Case, compare};
@@ -173,26 +174,31 @@ pub fn cases() -> impl Iterator<Item = Case> {
     [gates(), selection(), arithmetic(), constants()].into_iter().flatten()
 }
 
+#[needs(iverilog)]
 #[test]
 fn gates_do_what_verilog_operators_do() {
     compare("gates", &gates());
 }
 
+#[needs(iverilog)]
 #[test]
 fn multiplexers_comparators_and_drivers_do_what_verilog_operators_do() {
     compare("selection", &selection());
 }
 
+#[needs(iverilog)]
 #[test]
 fn buses_resolve_as_verilog_wires_do() {
     compare("buses", &buses());
 }
 
+#[needs(iverilog)]
 #[test]
 fn arithmetic_does_what_verilog_operators_do() {
     compare("arithmetic", &arithmetic());
 }
 
+#[needs(iverilog)]
 #[test]
 fn constants_are_verilog_literals() {
     compare("constants", &constants());

@@ -3,6 +3,8 @@
 //! Unlike some of its cells, levels are levels: a set still high when a reset ends sets, and `d` passes while a load is
 //! high.
 
+use needs::needs;
+
 use crate::icarus::{Case, compare};
 
 const WIDTHS: &[u32] = &[1, 4, 63, 64, 65, 100];
@@ -102,11 +104,13 @@ pub fn cases() -> impl Iterator<Item = Case> {
     flip_flops().into_iter().chain(counters())
 }
 
+#[needs(iverilog)]
 #[test]
 fn flip_flops_latches_and_registers_do_what_always_blocks_do() {
     compare("storage", &flip_flops());
 }
 
+#[needs(iverilog)]
 #[test]
 fn counters_and_accumulators_do_what_always_blocks_do() {
     compare("counters", &counters());

@@ -4,6 +4,7 @@
 pub mod bench;
 pub mod design;
 pub mod feed;
+pub mod pairs;
 pub mod proofs;
 
 use std::path::{Path, PathBuf};

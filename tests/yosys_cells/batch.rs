@@ -5,12 +5,17 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use discreta::circuit::Circuit;
 use discreta::{Logic, Simulator, Value};
 use serde_json::{Map, Value as Json, json};
 
 use crate::support::{Rng, folder};
 
+/// A bit of an input, or 0, or 1 where the input is called so.
+pub type Tap = Option<(&'static str, u32)>;
+
 /// A cell with its parameters.
+#[derive(Clone)]
 pub struct Cell {
     pub kind: String,
     pub parameters: Vec<(&'static str, Value)>,
@@ -24,8 +29,8 @@ pub struct Cell {
     pub model: Option<&'static str>,
     /// Values that an input is given more often than by chance.
     pub likely: Vec<(&'static str, Value)>,
-    /// Ports whose bits are those of inputs, or 0, or 1 where the input is called so. An input of which they are bits is no port itself.
-    pub taps: Vec<(&'static str, Vec<Option<(&'static str, u32)>>)>,
+    /// Ports whose bits are those of inputs. An input of which they are bits is no port itself.
+    pub taps: Vec<(&'static str, Vec<Tap>)>,
     /// Whether several controls change at one instant. Their levels are known then.
     pub together: bool,
     /// Whether controls are never x or z.
@@ -72,10 +77,11 @@ impl Cell {
     }
 }
 
-/// The folder of Yosys' Verilog models.
-fn library() -> PathBuf {
+/// The folder of Yosys' Verilog models: `YOSYS_DATDIR`, or that of the Yosys that is installed.
+pub fn library() -> PathBuf {
     let told = Command::new("yosys-config").arg("--datdir").output().ok().filter(|o| o.status.success());
     let told = told.map(|o| PathBuf::from(String::from_utf8_lossy(&o.stdout).trim()));
+    let told = std::env::var_os("YOSYS_DATDIR").map(PathBuf::from).or(told);
     // Debian has that program in a package of its own
     let folder = told.unwrap_or_else(|| "/usr/share/yosys".into());
     assert!(folder.join("simlib.v").is_file(), "Yosys' models are not in {}: install yosys", folder.display());
@@ -168,7 +174,28 @@ fn inputs(cell: &Cell, vectors: usize, rng: &mut Rng) -> Vec<Vec<Value>> {
 }
 
 /// Cells with a model in `models.v`.
-const OWN: &str = include_str!("models.v");
+pub const OWN: &str = include_str!("models.v");
+
+/// The module that models a cell, with its parameters.
+pub fn module(cell: &Cell) -> String {
+    let parameters = cell.parameters.iter().map(|(name, v)| match v.to_u64() {
+        // as Yosys' own parameters are: numbers, or bits
+        Some(n) if v.width() == 32 && n < 1 << 31 => format!(".{name}({n})"),
+        _ => format!(".{name}({}'b{})", v.width(), v.bit_string()),
+    });
+    let own = format!("own_{}", &cell.kind[1..]);
+    let mut parameters: Vec<String> = parameters.collect();
+    let module = match cell.model {
+        Some(model) => {
+            let (module, more) = model.split_once(' ').unwrap_or((model, ""));
+            parameters.extend(more.split_whitespace().map(|p| format!(".{p}(1)")));
+            module.to_owned()
+        }
+        None if OWN.contains(&format!("module {own} ")) => own,
+        None => format!("\\{} ", cell.kind),
+    };
+    if parameters.is_empty() { module } else { format!("{module} #({})", parameters.join(", ")) }
+}
 
 /// The outputs of each cell in each vector, as Icarus has them.
 fn icarus(folder: &Path, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors: usize) -> Vec<Vec<String>> {
@@ -199,28 +226,11 @@ fn icarus(folder: &Path, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors: 
             ports.push(format!(".{port}(y{i}_{port})"));
             writeln!(show, "    $write(\"%b \", y{i}_{port});").unwrap();
         }
-        let parameters = cell.parameters.iter().map(|(name, v)| match v.to_u64() {
-            // as Yosys' own parameters are: numbers, or bits
-            Some(n) if v.width() == 32 && n < 1 << 31 => format!(".{name}({n})"),
-            _ => format!(".{name}({}'b{})", v.width(), v.bit_string()),
-        });
-        let own = format!("own_{}", &cell.kind[1..]);
-        let mut parameters: Vec<String> = parameters.collect();
-        let module = match cell.model {
-            Some(model) => {
-                let (module, more) = model.split_once(' ').unwrap_or((model, ""));
-                parameters.extend(more.split_whitespace().map(|p| format!(".{p}(1)")));
-                module.to_owned()
-            }
-            None if OWN.contains(&format!("module {own} ")) => own,
-            None => format!("\\{} ", cell.kind),
-        };
-        writeln!(text, "{module} #({}) c{i} ({});", parameters.join(", "), ports.join(", ")).unwrap();
+        writeln!(text, "{} c{i} ({});", module(cell), ports.join(", ")).unwrap();
         if let Some(init) = &cell.init {
             writeln!(text, "initial c{i}.Q = {}'b{};", init.width(), init.bit_string()).unwrap();
         }
     }
-    text = text.replace("#() ", "");
     write!(
         text,
         "initial begin\n  $readmemb(\"stimulus.txt\", all);\n  for (v = 0; v < {vectors}; v = v + 1) begin\n    \
@@ -310,6 +320,22 @@ fn discreta(folder: &Path, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors
     let path = folder.join("bench.json");
     std::fs::write(&path, serde_json::to_string(&netlist(cells)).unwrap()).unwrap();
     let circuit = discreta::circuit::load(&path).unwrap_or_else(|e| panic!("{e}"));
+    let values = run(&circuit, cells, stimulus, vectors);
+    // written and read again it is the same
+    let path = folder.join("again.json");
+    std::fs::write(&path, discreta::exchange::yosys::write(&circuit.netlist, &Default::default())).unwrap();
+    let again = discreta::circuit::load(&path).unwrap_or_else(|e| panic!("{e}"));
+    let again = run(&again, cells, stimulus, vectors);
+    for (v, (first, second)) in values.iter().zip(&again).enumerate() {
+        for (i, cell) in cells.iter().enumerate() {
+            assert_eq!(first[i], second[i], "{} written and read again, vector {v} of cell {i}", cell.kind);
+        }
+    }
+    values
+}
+
+/// The outputs of each cell after each vector.
+fn run(circuit: &Circuit, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors: usize) -> Vec<Vec<String>> {
     let mut sim = Simulator::new(&circuit.netlist);
     let ports = |list: &dyn Fn(&Cell) -> Vec<&'static str>| -> Vec<Vec<String>> {
         cells.iter().enumerate().map(|(i, c)| list(c).iter().map(|p| format!("c{i}_{p}")).collect()).collect()

@@ -1,6 +1,7 @@
 //! The cells of one bit: all combinations of all values, and every flip-flop and latch in every polarity.
 
 use discreta::{Logic, Value};
+use needs::needs;
 
 use crate::batch::{Cell, compare};
 use crate::support::Rng;
@@ -32,7 +33,7 @@ pub const COMBINATIONAL: &[&str] = &[
 const LETTERS: [&str; 16] = ["A", "B", "C", "D", "E", "F", "G", "H", "I", "J", "K", "L", "M", "N", "O", "P"];
 const SELECTS: [&str; 4] = ["S", "T", "U", "V"];
 
-fn combinational(kind: &str) -> Cell {
+pub fn combinational(kind: &str) -> Cell {
     let ports: Vec<&'static str> = match kind {
         "$_BUF_" | "$_NOT_" => vec!["A"],
         "$_MUX_" | "$_NMUX_" => vec!["A", "B", "S"],
@@ -81,7 +82,7 @@ pub fn storage_names() -> Vec<String> {
     names
 }
 
-fn storage(name: &str, init: Option<Value>) -> Cell {
+pub fn storage(name: &str, init: Option<Value>) -> Cell {
     let parts: Vec<&str> = name.trim_matches(['$', '_']).split('_').collect();
     let letters = parts.get(1).copied().unwrap_or_default();
     // ports in the order of the letters; a digit is no port
@@ -114,12 +115,14 @@ fn storage(name: &str, init: Option<Value>) -> Cell {
     cell
 }
 
+#[needs(iverilog, yosys)]
 #[test]
 fn combinational_gates() {
     let cells: Vec<Cell> = COMBINATIONAL.iter().map(|k| combinational(k)).collect();
     compare("gates", &cells, 600);
 }
 
+#[needs(iverilog, yosys)]
 #[test]
 fn flip_flops_and_latches_of_one_bit() {
     let mut rng = Rng::named("fine");

@@ -8,6 +8,7 @@ mod support;
 mod batch;
 mod gates;
 mod memory;
+mod random;
 mod storage;
 mod word;
 
@@ -18,13 +19,14 @@ fn no_cell_is_left_out() {
     compared.extend(gates::COMBINATIONAL);
     assert_eq!(gates::COMBINATIONAL.len(), 20);
     assert_eq!(gates::storage_names().len(), 129);
-    for name in "$not $pos $neg $reduce_and $reduce_or $reduce_xor $reduce_xnor $reduce_bool $logic_not $buf $slice \
+    for name in
+        "$not $pos $neg $reduce_and $reduce_or $reduce_xor $reduce_xnor $reduce_bool $logic_not $buf $barrier $slice \
                  $concat $lut $sop $and $or $xor $xnor $shl $shr $sshl $sshr $shift $shiftx $lt $le $eq $ne $eqx $nex \
                  $ge $gt $add $sub $mul $div $mod $divfloor $modfloor $pow $logic_and $logic_or $bweqx $macc $macc_v2 \
                  $mux $bwmux $pmux $bmux $demux $fa $lcu $alu $tribuf $sr $ff $dff $dffe $dffsr $dffsre $adff $adffe \
                  $aldff $aldffe $sdff $sdffe $sdffce $dlatch $adlatch $dlatchsr $mem $mem_v2 $memrd $memrd_v2 $memwr \
                  $memwr_v2 $meminit $meminit_v2"
-        .split_whitespace()
+            .split_whitespace()
     {
         assert!(compared.contains(&name), "nothing compares {name}");
     }

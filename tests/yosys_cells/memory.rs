@@ -2,6 +2,7 @@
 //! instant.
 
 use discreta::{Logic, Value};
+use needs::needs;
 use serde_json::{Map, Value as Json, json};
 
 use crate::batch::{Cell, compare};
@@ -364,16 +365,19 @@ fn run(name: &str, kinds: &[(Kind, usize)]) {
     compare(name, &cells, 200);
 }
 
+#[needs(iverilog, yosys)]
 #[test]
 fn memories_of_any_ports() {
     run("memory", &[(Kind::Any, 60), (Kind::Library, 40)]);
 }
 
+#[needs(iverilog, yosys)]
 #[test]
 fn memories_as_they_were() {
     run("memory_v1", &[(Kind::Old, 30), (Kind::OldLibrary, 20)]);
 }
 
+#[needs(iverilog, yosys)]
 #[test]
 fn memories_in_parts() {
     run("memory_parts", &[(Kind::Parts, 40), (Kind::OldParts, 30)]);

@@ -8,6 +8,24 @@ module own_buf (A, Y);
   generate if (A_SIGNED) assign Y = $signed(A); else assign Y = A; endgenerate
 endmodule
 
+// In the library of Yosys 0.70, not in that of 0.23: a wire that optimising leaves alone.
+module own_barrier (A, Y);
+  parameter WIDTH = 1;
+  input [WIDTH-1:0] A; output [WIDTH-1:0] Y;
+  assign Y = A;
+endmodule
+
+// Icarus looks at the low 32 bits of an index alone, whatever x is above them.
+module own_shiftx (A, B, Y);
+  parameter A_SIGNED = 0; parameter B_SIGNED = 0; parameter A_WIDTH = 1; parameter B_WIDTH = 1; parameter Y_WIDTH = 1;
+  input [A_WIDTH-1:0] A; input [B_WIDTH-1:0] B; output reg [Y_WIDTH-1:0] Y;
+  reg signed [143:0] at; integer i;
+  always @* for (i = 0; i < Y_WIDTH; i = i + 1) begin
+    at = $signed({{144{B_SIGNED && B[B_WIDTH-1]}}, B}) + i;
+    Y[i] = (^B === 1'bx || at < 0 || at >= A_WIDTH) ? 1'bx : A[at[31:0]];
+  end
+endmodule
+
 // Until 0.33 the library took an unknown select line for an inactive one; since then x on a line gives x, as
 // Yosys' own evaluation has always had it (and that takes z alike).
 module own_pmux (A, B, S, Y);

@@ -1,6 +1,7 @@
 //! Flip-flops, registers and latches of words.
 
 use discreta::Value;
+use needs::needs;
 
 use crate::batch::{Cell, compare};
 use crate::support::Rng;
@@ -25,7 +26,7 @@ pub const CELLS: &[&str] = &[
     "$dlatchsr",
 ];
 
-fn cell(kind: &str, rng: &mut Rng) -> Cell {
+pub fn cell(kind: &str, rng: &mut Rng) -> Cell {
     let most = if rng.one_in(3) { 70 } else { 9 };
     let w = 1 + rng.below(most) as u32;
     let mut cell = Cell::new(kind, &[], &[("Q", w)]).number("WIDTH", w.into());
@@ -69,6 +70,7 @@ fn cell(kind: &str, rng: &mut Rng) -> Cell {
     cell
 }
 
+#[needs(iverilog, yosys)]
 #[test]
 fn flip_flops_and_latches_of_words() {
     let mut rng = Rng::named("storage");

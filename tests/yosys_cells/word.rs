@@ -1,6 +1,7 @@
 //! Combinational cells of words.
 
 use discreta::Value;
+use needs::needs;
 
 use crate::batch::{Cell, compare};
 use crate::support::Rng;
@@ -61,6 +62,7 @@ pub const CELLS: &[&str] = &[
     "$tribuf",
     "$macc",
     "$macc_v2",
+    "$barrier",
 ];
 
 /// Cells of each type, and vectors for each cell.
@@ -172,7 +174,7 @@ fn macc_v2(rng: &mut Rng) -> Cell {
     cell.number("A_TOTAL", total(&a).into()).number("B_TOTAL", total(&b).into()).number("C_TOTAL", total(&c).into())
 }
 
-fn cell(kind: &str, rng: &mut Rng) -> Cell {
+pub fn cell(kind: &str, rng: &mut Rng) -> Cell {
     let w = width(rng);
     let n = u64::from(w);
     match kind {
@@ -208,6 +210,7 @@ fn cell(kind: &str, rng: &mut Rng) -> Cell {
             cell.likely = vec![("A", common.clone()), ("B", common)];
             cell
         }
+        "$barrier" => Cell::new(kind, &[("A", w)], &[("Y", w)]).number("WIDTH", n),
         "$bwmux" => Cell::new(kind, &[("A", w), ("B", w), ("S", w)], &[("Y", w)]).number("WIDTH", n),
         "$mux" => Cell::new(kind, &[("A", w), ("B", w), ("S", 1)], &[("Y", w)]).number("WIDTH", n),
         "$tribuf" => Cell::new(kind, &[("A", w), ("EN", 1)], &[("Y", w)]).number("WIDTH", n),
@@ -259,21 +262,25 @@ fn compare_some(name: &str, kinds: &[&str]) {
     compare(name, &cells, VECTORS);
 }
 
+#[needs(iverilog, yosys)]
 #[test]
 fn bitwise_and_logical_cells() {
     compare_some("bitwise", &CELLS[..14]);
 }
 
+#[needs(iverilog, yosys)]
 #[test]
 fn shifts_and_comparisons() {
     compare_some("shifts", &CELLS[14..28]);
 }
 
+#[needs(iverilog, yosys)]
 #[test]
 fn arithmetic() {
     compare_some("arithmetic", &CELLS[28..38]);
 }
 
+#[needs(iverilog, yosys)]
 #[test]
 fn choices_and_carries() {
     compare_some("choices", &CELLS[38..]);

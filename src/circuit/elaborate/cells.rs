@@ -280,6 +280,7 @@ impl Elaboration<'_> {
             bound.insert(port_name.value.clone(), Binding { width, bus, muted });
         }
         let scope = self.builder.instance(here.scope, name, module_name);
+        self.builder.set_parameters(scope, inner.clone());
         self.work.push(Instance { module, scope, values: inner, ports: bound, depth: here.depth + 1 });
     }
 }

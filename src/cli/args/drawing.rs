@@ -177,7 +177,7 @@ pub struct PlotArgs {
 
     /// The net of the feed clock in a waveform; dt by default
     #[arg(long, value_name = "NET")]
-    pub clock: Option<String>,
+    pub dt: Option<String>,
 
     /// The coordinates in a waveform are two's complement
     #[arg(long)]

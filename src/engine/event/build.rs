@@ -22,7 +22,7 @@ pub(super) struct Build<'n> {
     /// Whether anything reads or shows a net.
     used: Vec<bool>,
     /// Memories with their numbers.
-    pub memories: Vec<(CellId, usize)>,
+    pub memories: HashMap<CellId, usize>,
     group: u32,
     pub constants: &'n Constants,
 }
@@ -38,7 +38,7 @@ pub(super) fn build(netlist: &Netlist) -> Program {
         reads: Vec::new(),
         clock_of: HashMap::new(),
         used: used(netlist),
-        memories: Vec::new(),
+        memories: HashMap::new(),
         group: 0,
         constants: netlist.constants(),
     };
@@ -52,7 +52,7 @@ pub(super) fn build(netlist: &Netlist) -> Program {
             first_op = b.program.ops.len();
             b.group = b.program.groups.len() as u32 + 1;
         }
-        b.cell(cell, &mut stores);
+        b.cell(cell, order.ports.get(&at).copied(), &mut stores);
         if groups.peek().is_some_and(|g| g.end == at + 1) {
             groups.next();
             b.close_group(first_op);
@@ -62,7 +62,9 @@ pub(super) fn build(netlist: &Netlist) -> Program {
     for (cell, store) in stores {
         b.sampled(cell, store);
     }
-    for (cell, number) in std::mem::take(&mut b.memories) {
+    let mut memories: Vec<(CellId, usize)> = b.memories.drain().collect();
+    memories.sort_unstable_by_key(|m| m.1);
+    for (cell, number) in memories {
         b.sampled_memory(cell, number);
     }
     b.controls();
@@ -313,7 +315,8 @@ impl Build<'_> {
         self.push(Op { code: Code::General, ext, ..BLANK });
     }
 
-    fn cell(&mut self, cell: CellId, stores: &mut Vec<(CellId, usize)>) {
+    /// Adds a cell, or the read port of a memory that has several places in the order.
+    fn cell(&mut self, cell: CellId, port: Option<u32>, stores: &mut Vec<(CellId, usize)>) {
         let netlist = self.netlist;
         let kind = &netlist.cell(cell).kind;
         let narrow = |w: u32| w <= 64;
@@ -372,7 +375,7 @@ impl Build<'_> {
                 stores.push((cell, self.program.stores.len()));
                 self.store(cell);
             }
-            CellKind::Memory(ref m) => self.memory(cell, m),
+            CellKind::Memory(ref m) => self.memory(cell, m, port),
             _ => self.push_general(cell),
         }
     }

@@ -63,7 +63,6 @@ impl State {
             summary[word / 64] |= 1 << (word % 64);
         }
         let bit = |slot: u32, shift: u8| bit_of(p.initial[slot as usize], shift);
-        let pin_words = |g: &General| (0..g.pins.len()).map(|pin| words(g.kind.input_width(pin).max(1))).sum();
         let most = |f: &dyn Fn(&General) -> usize| p.generals.iter().map(f).max().unwrap_or(0);
         let cells = p.controls.iter().map(|c| c.cell.index() + 1).max().unwrap_or(0);
         let watches = p.clocks.iter().map(|c| {
@@ -90,7 +89,7 @@ impl State {
             unknown_controls: Vec::new(),
             events: 0,
             batch: Vec::with_capacity(p.groups.iter().map(ExactSizeIterator::len).max().unwrap_or(0)),
-            scratch_in: vec![Word::ZERO; most(&pin_words)],
+            scratch_in: vec![Word::ZERO; most(&|g| (0..g.pins.len()).map(|pin| words(g.kind.input_width(pin))).sum())],
             scratch_out: vec![Word::ZERO; 2 * most(&|g| g.outputs.iter().map(|o| words(o.1)).sum())],
             memories: Memories::new(p),
         }
@@ -381,7 +380,7 @@ impl State {
         let mut bounds = [(0, 0); PINS];
         let mut at = 0;
         for (pin, pieces) in g.pins.iter().enumerate() {
-            let end = at + words(g.kind.input_width(pin).max(1));
+            let end = at + words(g.kind.input_width(pin));
             let to = &mut self.scratch_in[at..end];
             to.fill(Word::ZERO);
             if pieces.is_empty() {
@@ -455,34 +454,24 @@ impl State {
         !(self.changes.is_empty() && self.unknown_controls.is_empty())
     }
 
-    /// Reports controls that have become unknown, those of cells that come first in the netlist first.
-    #[inline(always)]
+    /// Reports controls that have become unknown.
     pub fn check_controls(&mut self, p: &Program, now: u64) {
-        if !self.doubtful.is_empty() {
-            self.check_doubtful(p, now);
-        }
-    }
-
-    #[inline(never)]
-    fn check_doubtful(&mut self, p: &Program, now: u64) {
-        let mut unknown = Vec::new();
         while let Some(slot) = self.doubtful.pop() {
             let hook = &p.hooks[self.meta[slot as usize].hook as usize];
             for &number in &p.hooked[hook.controls.clone()] {
                 let pin = &p.controls[number as usize];
                 if bit_of(self.slots[slot as usize], pin.shift).is_known() {
                     self.control_seen[number as usize] = true;
-                } else if self.control_seen[number as usize] {
-                    unknown.push(number);
+                } else if self.control_seen[number as usize]
+                    && !std::mem::replace(&mut self.reported[pin.cell.index()], true)
+                {
+                    self.unknown_controls.push(UnknownControl {
+                        time: now,
+                        cell: pin.cell,
+                        pin: pin.pin,
+                        net: pin.net,
+                    });
                 }
-            }
-        }
-        unknown.sort_unstable();
-        for number in unknown {
-            let pin = &p.controls[number as usize];
-            if !std::mem::replace(&mut self.reported[pin.cell.index()], true) {
-                let (cell, pin, net) = (pin.cell, pin.pin, pin.net);
-                self.unknown_controls.push(UnknownControl { time: now, cell, pin, net });
             }
         }
     }

@@ -54,45 +54,58 @@ impl Build<'_> {
         start..self.program.pool.len()
     }
 
-    /// Adds a memory, with operations for what it does without a clock.
-    pub(super) fn memory(&mut self, cell: CellId, memory: &Memory) {
+    /// Adds a memory, or only some read ports of one that may be there already, with operations for what they do without a
+    /// clock.
+    pub(super) fn memory(&mut self, cell: CellId, memory: &Memory, port: Option<u32>) {
+        let first = !self.memories.contains_key(&cell);
+        let number = match self.memories.get(&cell) {
+            Some(&known) => known,
+            None => self.add_memory(cell, memory),
+        };
+        let ext = number as u32;
+        if first && memory.writes.iter().any(|w| w.clock.is_none()) {
+            self.push(Op { code: Code::MemoryWrite, ext, ..BLANK });
+        }
+        for (at, spec) in memory.reads.iter().enumerate() {
+            let now = spec.clock.is_none();
+            // a port with a clock stands for all of them
+            let is = |p: u32| if now { p == at as u32 } else { memory.reads[p as usize].clock.is_some() };
+            let here = port.is_none_or(is);
+            if !here {
+                continue;
+            }
+            let arst = self.port_operand(cell, RD_ARST, at, 1);
+            let address = if now { self.port_operand(cell, RD_ADDR, at, memory.abits) } else { ZERO };
+            let read = &mut self.program.memories[number].reads[at];
+            (read.arst, read.address) = (arst, address);
+            if now || arst != ZERO {
+                self.push(Op { code: Code::MemoryRead, ext, count: at as u32, ..BLANK });
+            }
+        }
+    }
+
+    /// A memory of which only what writes without a clock is connected.
+    fn add_memory(&mut self, cell: CellId, memory: &Memory) -> usize {
         let number = self.program.memories.len();
-        self.memories.push((cell, number));
+        self.memories.insert(cell, number);
         let contents = self.program.initial.len() as u32;
         self.program.initial.extend([Word::ZERO; 2]);
         self.program.slot_net.extend([u32::MAX; 2]);
         let output = self.output(cell, 0);
-        let mut made = MemoryCell { kind: Box::new(memory.clone()), contents, reads: Vec::new(), writes: Vec::new() };
-        for (port, spec) in memory.reads.iter().enumerate() {
+        let read = |port: usize| {
             let at = port as u32 * memory.width;
-            let now = spec.clock.is_none();
-            made.reads.push(MemoryRead {
-                en: ONE,
-                arst: self.port_operand(cell, RD_ARST, port, 1),
-                srst: ZERO,
-                address: if now { self.port_operand(cell, RD_ADDR, port, memory.abits) } else { ZERO },
-                slot: output + at / 64,
-                shift: at % 64,
-            });
-        }
+            MemoryRead { en: ONE, arst: ZERO, srst: ZERO, address: ZERO, slot: output + at / 64, shift: at % 64 }
+        };
+        let reads = (0..memory.reads.len()).map(read).collect();
+        let mut writes = Vec::new();
         for (port, spec) in memory.writes.iter().enumerate() {
-            made.writes.push(match spec.clock {
+            writes.push(match spec.clock {
                 None => self.write_port(cell, memory, port),
                 Some(_) => MemoryWrite { address: ZERO, data: 0..0, enable: 0..0 },
             });
         }
-        let ext = number as u32;
-        let at_once: Vec<u32> = (0..made.reads.len())
-            .filter(|&port| memory.reads[port].clock.is_none() || made.reads[port].arst != ZERO)
-            .map(|port| port as u32)
-            .collect();
-        self.program.memories.push(made);
-        if memory.writes.iter().any(|w| w.clock.is_none()) {
-            self.push(Op { code: Code::MemoryWrite, ext, ..BLANK });
-        }
-        for count in at_once {
-            self.push(Op { code: Code::MemoryRead, ext, count, ..BLANK });
-        }
+        self.program.memories.push(MemoryCell { kind: Box::new(memory.clone()), contents, reads, writes });
+        number
     }
 
     fn write_port(&mut self, cell: CellId, memory: &Memory, port: usize) -> MemoryWrite {

@@ -10,6 +10,8 @@ mod build;
 mod eval;
 mod link;
 mod memory;
+#[cfg(test)]
+mod memory_tests;
 mod program;
 mod queue;
 mod settle;

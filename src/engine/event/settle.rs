@@ -120,6 +120,10 @@ impl State {
             }
             let same = slots.iter().zip(&old).all(|(&slot, w)| self.slots[slot as usize] == *w);
             if same {
+                // the last step before it has settled changes nothing either, and leaves nothing to do
+                if !self.step(p, group) {
+                    return Ok(());
+                }
                 break;
             }
             if step == next_snapshot {

@@ -66,6 +66,23 @@ fn flop(width: u32, edge: Edge, init: &str) -> CellKind {
     }))
 }
 
+/// What is not connected reads 0 in all of its bits, however wide.
+#[test]
+fn an_open_pin_of_many_bits() {
+    let mut b = Builder::new("top");
+    let (clk, load, q) = (b.input("clk", 1), b.input("load", 1), b.output("q", 70));
+    let (step, init) = (Value::from_u64(1, 70), Value::from_u64(5, 70));
+    let kind = CellKind::Counter(Box::new(Counter { edge: Edge::Rising, step, init }));
+    let open = Bus::default;
+    let top = b.top();
+    b.cell(top, "counter", kind, vec![clk, open(), open(), open(), open(), open(), load], vec![q]);
+    let mut bench = Bench::new(b);
+    bench.set("clk", "0").set("load", "1").settle();
+    assert_eq!(bench.get("q"), format!("{:070b}", 5));
+    bench.set("clk", "1").settle();
+    assert_eq!(bench.get("q"), "0".repeat(70));
+}
+
 #[test]
 fn edges_at_the_same_time_sample_together() {
     // a shift register: each takes what the one before held
@@ -235,6 +252,23 @@ fn of_two_endless_loops_the_same_is_reported_in_any_order() {
     };
     assert_eq!(report(["a", "b"]), ["a"]);
     assert_eq!(report(["b", "a"]), ["a"]);
+}
+
+/// A loop of `n` buffers that holds a 1 needs one step for each, and a last one that finds nothing to change.
+#[test]
+fn feedback_may_take_any_number_of_steps() {
+    for n in (50..80).chain(120..140) {
+        let mut b = Builder::new("top");
+        let (set, q) = (b.input("set", 1), b.output("q", 1));
+        let or = b.gate("or1", GateOp::Or, &[&set, &q]);
+        let held = (0..n).fold(or, |from, i| b.gate(&format!("buf{i}"), GateOp::Buf, &[&from]));
+        let top = b.top();
+        b.cell(top, "last", CellKind::Gate { op: GateOp::Buf, width: 1, inputs: 1 }, vec![held], vec![q]);
+        let mut t = Bench::new(b);
+        t.set("set", "1");
+        assert!(t.engine.settle().is_ok(), "{n} buffers");
+        assert_eq!(t.get("q"), "1", "{n} buffers");
+    }
 }
 
 #[test]

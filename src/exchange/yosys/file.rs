@@ -129,6 +129,10 @@ pub struct Cell<'a> {
     pub hidden: bool,
     /// Where it comes from in the source that Yosys read.
     pub source: Option<Term>,
+    /// Its path before the hierarchy was flattened, the names separated by spaces.
+    pub path: Option<Term>,
+    /// What of it is not as Yosys has it: the attribute `discreta`.
+    pub own: Option<Term>,
     parameters: Range,
     connections: Range,
 }
@@ -180,6 +184,10 @@ pub struct Module<'a> {
     pub black_box: bool,
     /// Where it comes from in the source that Yosys read.
     pub source: Option<Term>,
+    /// The element of ours that it stands for: the attribute `discreta`.
+    pub own: Option<Term>,
+    /// What goes with the circuit that it is the top of: how long a tick is, its parameters, its default scenario.
+    pub circuit: [Option<Term>; 3],
     /// What parameters it was made with.
     pub defaults: Vec<(Term, Setting)>,
     /// Its ports.

@@ -8,13 +8,18 @@ mod top;
 
 use std::collections::{BTreeMap, HashMap};
 
+use indexmap::IndexMap;
+
 use super::cells::{self, Type};
 use super::file::{self, Bit, Cell, File, Module, Port, Term};
 use super::monitor::Monitor;
 use super::origin::Origins;
+use crate::cell::Memory;
 use crate::circuit::Limits;
 use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Span};
+use crate::exchange::readmem::{self, Shape};
 use crate::netlist::{Builder, Bus, Direction, ScopeId};
+use crate::value::Word;
 use crate::{Logic, Value};
 
 /// How deep modules may be in one another, whatever the limit: each takes some of the stack.
@@ -22,6 +27,19 @@ const DEEPEST: u64 = 300;
 
 /// No bit of the builder yet.
 const NONE: u32 = u32::MAX;
+
+/// What a memory is to hold at first, in place of what the file says.
+#[derive(Clone, Copy)]
+pub struct Contents<'t> {
+    /// The memory, by its path.
+    pub name: &'t str,
+    /// Where it is named.
+    pub span: Span,
+    /// The words, as `$readmemh` reads them.
+    pub text: &'t str,
+    /// Where they stand.
+    pub file: FileId,
+}
 
 /// A netlist made of a file, and what goes with it.
 pub struct Imported {
@@ -33,6 +51,10 @@ pub struct Imported {
     pub monitors: Vec<Monitor>,
     /// Where the top module's name stands.
     pub span: Span,
+    /// The parameters that it was made with, where we wrote it.
+    pub parameters: IndexMap<String, i64>,
+    /// Its default scenario as JSON, where we wrote it.
+    pub simulation: Option<String>,
 }
 
 /// How the numbers of a module's bits become indices.
@@ -103,8 +125,10 @@ pub(super) struct Import<'f, 'a> {
     plans: Vec<Option<Plan>>,
     /// What each type is, by its term.
     types: HashMap<Term, Type>,
-    /// Inverted bits, by the bit.
-    pub inverted: HashMap<u32, Bus>,
+    /// Inverted bits, by the instance that asks for one and the bit.
+    pub inverted: HashMap<(ScopeId, u32), Bus>,
+    parameters: IndexMap<String, i64>,
+    simulation: Option<String>,
     scopes: HashMap<(ScopeId, String), ScopeId>,
     /// Cells that are left out, by type.
     pub ignored: BTreeMap<String, (u32, &'static str)>,
@@ -112,6 +136,10 @@ pub(super) struct Import<'f, 'a> {
     pub own_constants: bool,
     /// How many cells, nets and instances there are so far.
     made: u64,
+    /// What memories are to hold.
+    contents: &'f [Contents<'f>],
+    /// The paths of all memories.
+    memories: Vec<String>,
     /// How many bits memories hold so far.
     memory_bits: u64,
     /// Whether a limit was passed.
@@ -125,6 +153,7 @@ pub fn import(
     text: &str,
     source: FileId,
     top: Option<(&str, Span)>,
+    contents: &[Contents<'_>],
     limits: &Limits,
     diagnostics: &mut Diagnostics,
 ) -> Option<Imported> {
@@ -141,18 +170,23 @@ pub fn import(
         plans: file.modules.iter().map(|_| None).collect(),
         types: HashMap::new(),
         inverted: HashMap::new(),
+        parameters: IndexMap::new(),
+        simulation: None,
         scopes: HashMap::new(),
         ignored: BTreeMap::new(),
         own_constants: false,
         made: 0,
+        contents,
+        memories: Vec::new(),
         memory_bits: 0,
         full: false,
         at: NONE,
     };
     let result = import.run(top);
+    let (parameters, simulation) = (std::mem::take(&mut import.parameters), import.simulation.take());
     let Import { builder, diagnostics: told, monitors, origins, full, .. } = import;
     diagnostics.append(told);
-    result.filter(|_| !full).map(|span| Imported { builder, origins, monitors, span })
+    result.filter(|_| !full).map(|span| Imported { builder, origins, monitors, span, parameters, simulation })
 }
 
 impl<'f, 'a> Import<'f, 'a> {
@@ -162,16 +196,43 @@ impl<'f, 'a> Import<'f, 'a> {
         let module = &self.file.modules[number];
         self.builder = Builder::new(&module.name);
         self.builder.set_verilog();
+        self.circuit(module);
         let mut here = self.here(number, self.builder.top(), 1);
         self.top_ports(&mut here);
         self.fill(&mut here);
         self.body(&here);
+        for c in self.contents.iter().filter(|c| !self.memories.iter().any(|m| m == c.name)) {
+            let fault = Diagnostic::new(Code::UnknownMemory, format!("the circuit has no memory `{}`", c.name));
+            let fault = fault.at(c.span, "not in the circuit");
+            let fault = match &self.memories[..] {
+                [] => fault.help("there is none at all: Yosys may have made flip-flops of them (`memory_map`)"),
+                all => fault.did_you_mean(c.name, all.iter().map(String::as_str)),
+            };
+            self.diagnostics.push(fault.help("a memory is named by its path below the top module, as in `u1.mem`"));
+        }
         for (kind, (n, why)) in std::mem::take(&mut self.ignored) {
             let cells = if n == 1 { "cell is" } else { "cells are" };
             let message = format!("{n} `{kind}` {cells} left out: {why}");
             self.diagnostics.push(Diagnostic::new(Code::IgnoredCell, message).at(self.span_of(&module.name), ""));
         }
         Some(self.span_of(&module.name))
+    }
+
+    /// What we wrote of the circuit beside its netlist.
+    fn circuit(&mut self, module: &Module<'_>) {
+        let [timescale, parameters, simulation] = module.circuit.map(|t| t.map(|t| self.file.terms.text(t).as_ref()));
+        match timescale.map(str::parse) {
+            Some(Ok(timescale)) => self.builder.set_timescale(timescale),
+            Some(Err(_)) => {
+                let message = format!("a tick cannot be `{}`", timescale.unwrap_or_default());
+                let fault = Diagnostic::new(Code::WrongType, message).at(self.span_of(&module.name), "of this module");
+                self.diagnostics.push(fault.help("write 1, 10 or 100 of a unit, as in `10ps`"));
+            }
+            None => {}
+        }
+        let pairs = parameters.unwrap_or_default().split(' ').filter_map(|p| p.split_once('='));
+        self.parameters = pairs.filter_map(|(name, value)| Some((name.to_owned(), value.parse().ok()?))).collect();
+        self.simulation = simulation.map(str::to_owned);
     }
 
     /// Where a string of the file stands.
@@ -206,7 +267,9 @@ impl<'f, 'a> Import<'f, 'a> {
                 let Some(value) = net.init.and_then(|s| file.value(s)) else { continue };
                 init.resize(index.len() as usize, Logic::X);
                 for (i, bit) in module.bits(net.bits).iter().enumerate().take(value.width() as usize) {
-                    if let (Some(n), known @ (Logic::Zero | Logic::One)) = (bit.number(), value.bit(i as u32)) {
+                    if let (Some(n), known @ (Logic::Zero | Logic::One | Logic::Z)) =
+                        (bit.number(), value.bit(i as u32))
+                    {
                         init[index.of(n)] = known;
                     }
                 }
@@ -225,12 +288,20 @@ impl<'f, 'a> Import<'f, 'a> {
         self.plans[number].as_ref().expect("a plan is made with the first instance")
     }
 
+    /// Which way a port goes, if it is said.
+    fn direction(&self, port: &Port<'_>) -> Option<Direction> {
+        match self.file.terms.text(port.direction?).as_ref() {
+            "input" => Some(Direction::Input),
+            "output" => Some(Direction::Output),
+            "inout" => Some(Direction::Inout),
+            _ => None,
+        }
+    }
+
     fn top_ports(&mut self, here: &mut Here<'f, 'a>) {
-        let direction = |import: &Self, port: &Port<'_>| port.direction.map(|d| import.file.terms.text(d).to_string());
         for port in here.module.ports.iter().filter(|p| !p.bits.is_empty()) {
-            let way = match direction(self, port).as_deref() {
-                Some("input") => Direction::Input,
-                Some("inout") => Direction::Inout,
+            let way = match self.direction(port) {
+                Some(way @ (Direction::Input | Direction::Inout)) => way,
                 _ => continue,
             };
             let scope = here.scope;
@@ -242,11 +313,11 @@ impl<'f, 'a> Import<'f, 'a> {
         }
         self.fill(here);
         for port in here.module.ports.iter().filter(|p| !p.bits.is_empty()) {
-            match direction(self, port).as_deref() {
-                Some("input" | "inout") => continue,
-                Some("output") => {}
-                other => {
-                    let found = other.unwrap_or("nothing").to_owned();
+            match self.direction(port) {
+                Some(Direction::Input | Direction::Inout) => continue,
+                Some(Direction::Output) => {}
+                None => {
+                    let found = port.direction.map_or("nothing", |d| self.file.terms.text(d)).to_owned();
                     let fault = Diagnostic::new(Code::WrongType, format!("a port cannot go `{found}`"));
                     self.diagnostics.push(fault.at(self.span_of(&port.name), "input, output or inout"));
                 }
@@ -341,23 +412,27 @@ impl<'f, 'a> Import<'f, 'a> {
     /// The nets and cells of an instance whose bits are there.
     fn body(&mut self, here: &Here<'f, 'a>) {
         let top = here.depth == 1;
-        let ports: std::collections::HashSet<&str> =
-            if top { here.module.ports.iter().map(|p| p.name.as_ref()).collect() } else { Default::default() };
+        let ports: HashMap<&str, Option<Direction>> =
+            here.module.ports.iter().map(|p| (p.name.as_ref(), self.direction(p))).collect();
         for net in here.module.nets.iter().filter(|n| !n.bits.is_empty()) {
-            if top && ports.contains(net.name.as_ref()) {
+            let port = ports.get(net.name.as_ref());
+            if top && port.is_some() {
                 continue;
             }
             let (mut scope, mut name) = (here.scope, net.name.as_ref());
-            if let Some(path) = net.path.map(|p| self.file.terms.text(p)) {
-                let mut parts: Vec<&str> = path.split(' ').filter(|p| !p.is_empty()).collect();
-                // only where it is the name indeed, so that no two become one
-                if parts.len() > 1 && parts.join(".") == net.name {
-                    name = parts.pop().unwrap_or(name);
-                    scope = parts.iter().fold(scope, |scope, part| self.inner_scope(scope, part));
-                }
+            if let Some(mut parts) = self.path_of(net.path, &net.name, false) {
+                name = parts.pop().unwrap_or(name);
+                scope = parts.iter().fold(scope, |scope, part| self.inner_scope(scope, part));
             }
             let bus = self.bus(here, here.module.bits(net.bits));
-            self.builder.name(scope, name, bus, net.signed, net.hidden, None);
+            self.builder.name(
+                scope,
+                name,
+                bus,
+                net.signed,
+                net.hidden,
+                port.copied().flatten().filter(|_| scope == here.scope),
+            );
             self.origins.signal(self.span_of(&net.name));
         }
         let origin = self.plan(here.number).origin;
@@ -400,6 +475,17 @@ impl<'f, 'a> Import<'f, 'a> {
         self.at = self.plan(here.number).origin + at as u32;
     }
 
+    /// Registers a memory, and puts what it is to hold in place of what it holds at first.
+    pub fn fill_memory(&mut self, path: String, shape: Shape, init: &mut [Word]) {
+        let contents = self.contents;
+        for c in contents.iter().filter(|c| c.name == path) {
+            readmem::read(c.text, c.file, shape, &mut self.diagnostics, |index, value| {
+                Memory::set_word(shape.width, init, index, value, |_| true);
+            });
+        }
+        self.memories.push(path);
+    }
+
     /// Counts the bits of a memory; returns whether there is room for them.
     pub fn take_memory(&mut self, cell: &str, bits: u64) -> bool {
         self.memory_bits = self.memory_bits.saturating_add(bits);
@@ -407,6 +493,15 @@ impl<'f, 'a> Import<'f, 'a> {
             self.too_large("bits", "bits in memories", self.limits.bits, self.span_of(cell));
         }
         self.memory_bits <= self.limits.bits
+    }
+
+    /// The blocks around a name that a flattened one had, and that name; only where it is the name indeed, so that no two
+    /// become one. An instance may have got a suffix.
+    fn path_of(&self, path: Option<Term>, name: &str, suffix: bool) -> Option<Vec<&'f str>> {
+        let parts: Vec<&str> = self.file.terms.text(path?).split(' ').filter(|p| !p.is_empty()).collect();
+        let rest = name.strip_prefix(&parts.join("."))?;
+        let same = if rest.is_empty() { parts.len() > 1 || suffix } else { suffix && rest.starts_with('$') };
+        (same && !parts.is_empty()).then_some(parts)
     }
 
     /// Says where a cell comes from.
@@ -417,9 +512,21 @@ impl<'f, 'a> Import<'f, 'a> {
         }
     }
 
+    /// An instance of a module that stands for an element of ours.
+    fn element(&mut self, here: &Here<'f, 'a>, cell: &Cell<'a>, own: Term) {
+        if let Err(why) = cells::element(self, here, cell, own) {
+            let fault = Diagnostic::new(why.code, format!("`{}`: {}", cell.name, why.message));
+            let fault = self.with_source(fault.at(self.span_of(&cell.name), "this cell"), cell);
+            self.diagnostics.push(why.help.into_iter().fold(fault, Diagnostic::help));
+        }
+    }
+
     fn instance(&mut self, here: &Here<'f, 'a>, cell: &Cell<'a>, number: usize) {
         let inner = &self.file.modules[number];
         let fault = |code, message: String| Diagnostic::new(code, message);
+        if let Some(own) = inner.own {
+            return self.element(here, cell, own);
+        }
         let mut told = None;
         if inner.black_box {
             let message = format!("`{}` is a black box: the file has no contents for `{}`", cell.name, inner.name);
@@ -438,7 +545,12 @@ impl<'f, 'a> Import<'f, 'a> {
             let fault = self.with_source(fault, cell);
             return self.diagnostics.push(fault);
         }
-        let scope = self.builder.instance(here.scope, &cell.name, &inner.name);
+        let (mut around, mut name) = (here.scope, cell.name.as_ref());
+        if let Some(mut parts) = self.path_of(cell.path, &cell.name, true) {
+            name = parts.pop().unwrap_or(name);
+            around = parts.iter().fold(around, |scope, part| self.inner_scope(scope, part));
+        }
+        let scope = self.builder.instance(around, name, &inner.name);
         let mut inside = self.here(number, scope, here.depth + 1);
         for &(term, range) in here.module.connections(cell) {
             let name = self.file.terms.text(term);

@@ -10,7 +10,9 @@ pub mod format;
 mod import;
 pub mod monitor;
 pub mod origin;
+pub(crate) mod own;
 mod report;
+mod write;
 
 use std::borrow::Cow;
 
@@ -18,18 +20,19 @@ use indexmap::IndexMap;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-pub(crate) use import::{Imported, import};
+pub(crate) use import::{Contents, Imported, import};
 pub use monitor::Monitor;
 pub use origin::Origins;
 pub(crate) use report::report;
+pub use write::{Extra, write};
 
-/// Whether a text is such a netlist: it says so, or a port of a module has `bits`.
+/// Whether a text is such a netlist: it says that Yosys or we wrote it, or a port of a module has `bits`.
 #[must_use]
 pub fn is_yosys(text: &str) -> bool {
     // as Yosys begins it, so that large files need not be read twice
     let begin = text.trim_start().strip_prefix('{').and_then(|t| t.trim_start().strip_prefix("\"creator\""));
     if let Some(says) = begin.and_then(|t| t.trim_start().strip_prefix(':')) {
-        return says.trim_start().starts_with("\"Yosys");
+        return ["\"Yosys", "\"discreta"].iter().any(|tool| says.trim_start().starts_with(tool));
     }
     #[derive(Deserialize)]
     struct Keys<'a> {
@@ -49,7 +52,8 @@ pub fn is_yosys(text: &str) -> bool {
     }
     let Ok(keys) = serde_json::from_str::<Keys>(text) else { return false };
     let ports = keys.modules.iter().flat_map(|m| m.values()).filter_map(|m| m.ports.as_ref());
-    keys.creator.is_some_and(|c| c.starts_with("Yosys")) || ports.flat_map(|p| p.values()).any(|p| p.bits.is_some())
+    keys.creator.is_some_and(|c| c.starts_with("Yosys") || c.starts_with("discreta"))
+        || ports.flat_map(|p| p.values()).any(|p| p.bits.is_some())
 }
 
 #[cfg(test)]

@@ -11,8 +11,7 @@ impl Builder {
     /// Reports bits that are read but not driven, and signals that are not read; ties bits that nothing drives to x.
     pub(super) fn tie_undriven(&mut self, join: &mut Join, faults: &mut Vec<Fault>) {
         let mut read = vec![false; self.bits as usize];
-        let outputs =
-            self.signals.iter().filter(|n| matches!(n.signal.port, Some(Direction::Output | Direction::Inout)));
+        let outputs = self.signals.iter().filter(|n| n.signal.is_top_port() && n.signal.port != Some(Direction::Input));
         for bit in self.cells.iter().flat_map(|c| &c.inputs).chain(outputs.map(|n| &n.bus)).flat_map(Bus::bits) {
             read[bit as usize] = true;
         }

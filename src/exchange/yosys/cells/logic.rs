@@ -1,6 +1,6 @@
 //! Bitwise and logical cells, reductions, comparisons, wiring.
 
-use super::{Fault, Lower, Site};
+use super::{Fault, Lower, Site, own};
 use crate::Value;
 use crate::cell::{CellKind, CompareOp, GateOp};
 use crate::netlist::Bus;
@@ -12,10 +12,14 @@ pub(super) fn find(name: &str) -> Option<Lower> {
             let a = s.extend(&a, s.flag("A_SIGNED"), y.width());
             gate(s, GateOp::Not, &[&a], y)
         },
-        "$pos" | "$buf" => |s| {
-            s.import.own_constants = true;
+        "$pos" | "$buf" | "$barrier" => |s| {
+            let gated = s.is_own(own::BUFFER);
+            s.import.own_constants = !gated;
             let (a, y) = (s.operand("A"), s.output("Y"));
             let a = s.extend(&a, s.flag("A_SIGNED"), y.width());
+            if gated {
+                return gate(s, GateOp::Buf, &[&a], y);
+            }
             s.wire(&y, &a);
             Ok(())
         },

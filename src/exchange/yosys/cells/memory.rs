@@ -10,6 +10,7 @@ use super::super::import::{Here, Import};
 use super::{Fault, Lower, Site};
 use crate::cell::memory::{ReadPort, WritePort};
 use crate::cell::{CellKind, Edge, Memory};
+use crate::exchange::readmem::Shape;
 use crate::netlist::Bus;
 use crate::value::Word;
 use crate::value::word::{extract, words};
@@ -62,7 +63,10 @@ impl Draft {
     }
 
     /// Adds the cell, unless nothing can see what it holds.
-    fn finish(self, s: &mut Site, name: &str) {
+    fn finish(mut self, s: &mut Site, name: &str) {
+        let path = s.import.builder.path(s.here.scope, name);
+        let shape = Shape { width: self.width, size: self.size, offset: self.offset };
+        s.import.fill_memory(path, shape, &mut self.init);
         if self.reads.is_empty() {
             return;
         }
@@ -286,7 +290,7 @@ fn part_port(s: &mut Site, width: u32, data: &str) -> Result<PartPort, Fault> {
     narrow(address.width())?;
     let bits = s.written(data).len() as u32;
     let words = bits / width;
-    if bits % width != 0 || !words.is_power_of_two() || words.trailing_zeros() > address.width() {
+    if !bits.is_multiple_of(width) || !words.is_power_of_two() || words.trailing_zeros() > address.width() {
         return Err(format!("`{data}` has {bits} bits, and a word of the memory {width}").into());
     }
     Ok(PartPort { clock, bit: s.written("CLK")[0], words, log2: words.trailing_zeros(), address })
@@ -451,7 +455,7 @@ fn init_part(s: &mut Site, d: &mut Draft) -> Result<(), Fault> {
     let old = *s.import.file.terms.text(s.cell.kind) == "$meminit";
     let enable = if old { Value::repeat(Logic::One, d.width) } else { constant(s, "EN")? };
     s.expect_width("EN", enable.width(), d.width)?;
-    if data.width() % d.width != 0 {
+    if !data.width().is_multiple_of(d.width) {
         return Err(format!("`DATA` has {} bits, and a word of the memory {}", data.width(), d.width).into());
     }
     // as a number of 32 bits with a sign, which it is where the offset is

@@ -11,8 +11,9 @@ pub(super) mod memory;
 mod select;
 mod storage;
 
-use super::file::{Bit, Cell, Range, Setting};
+use super::file::{Bit, Cell, Range, Setting, Term};
 use super::import::{Here, Import};
+use super::own;
 use crate::cell::{CellKind, GateOp};
 use crate::diag::Code;
 use crate::netlist::Bus;
@@ -72,7 +73,9 @@ pub(super) fn builtin(name: &str) -> Type {
     const FORMAL: &str = "it is for formal proofs: nothing says what it gives in a simulation";
     match name {
         "$scopeinfo" => Type::Ignored("names of scopes, which the nets have too"),
+        "$input_port" => Type::Ignored("marks of inputs, which the ports are"),
         "$specify2" | "$specify3" | "$specrule" => Type::Ignored("timing"),
+        "$connect" => Type::Refused("it joins nets both ways", "let Yosys connect them directly: `bufnorm -conn`"),
         "$fsm" => Type::Refused("state machines are to be made logic first", "run `fsm_map`"),
         "$live" | "$fair" | "$anyconst" | "$anyseq" | "$anyinit" | "$allconst" | "$allseq" | "$initstate"
         | "$equiv" | "$future_ff" | "$original_tag" | "$overwrite_tag" | "$get_tag" | "$set_tag" => {
@@ -105,6 +108,45 @@ pub(super) fn lower<'f, 'a>(import: &mut Import<'f, 'a>, here: &Here<'f, 'a>, ce
             help: Some("read the Verilog of the module too, or map the cell to what Yosys knows: `techmap`".into()),
         }),
     }
+}
+
+/// Makes an instance the element that its module stands for.
+pub(super) fn element<'f, 'a>(
+    import: &mut Import<'f, 'a>,
+    here: &Here<'f, 'a>,
+    cell: &Cell<'a>,
+    text: Term,
+) -> Result<(), Fault> {
+    let says = import.file.terms.text(text);
+    let Some((kind, element)) = own::parse(says) else {
+        return Err(format!("its module is to be `{says}`, which no element is").into());
+    };
+    import.own_constants = false;
+    let mut site = Site { import, here, cell };
+    let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
+    for (pin, spec) in kind.inputs().iter().enumerate() {
+        let bus = site.input(spec.name);
+        if bus.width() > 0 {
+            site.expect_width(spec.name, bus.width(), kind.input_width(pin))?;
+        }
+        inputs.push(bus);
+    }
+    for (pin, name) in kind.outputs().iter().enumerate() {
+        let bus = site.output(name);
+        if bus.width() > 0 {
+            site.expect_width(name, bus.width(), kind.output_width(pin))?;
+        }
+        outputs.push(bus);
+    }
+    let known = |name: &str| kind.inputs().iter().any(|p| p.name == name) || kind.outputs().contains(&name);
+    let connections = here.module.connections(cell).iter().map(|c| site.import.file.terms.text(c.0));
+    if let Some(unknown) = connections.into_iter().find(|name| !known(name)) {
+        let message = format!("it connects `{unknown}`, which a `{element}` does not have");
+        return Err(Fault { code: Code::UnknownPort, message, help: None });
+    }
+    let id = site.import.builder.cell(here.scope, &cell.name, kind, inputs, outputs);
+    site.import.builder.drawn_as(id, element);
+    Ok(())
 }
 
 /// A cell being lowered.
@@ -168,6 +210,11 @@ impl Site<'_, '_, '_> {
     fn setting(&self, name: &str) -> Option<Setting> {
         let parameters = self.here.module.parameters(self.cell);
         parameters.iter().find(|p| *self.import.file.terms.text(p.0) == name).map(|p| p.1)
+    }
+
+    /// Whether the cell is said not to be as Yosys has it, but so.
+    pub fn is_own(&self, says: &str) -> bool {
+        self.cell.own.is_some_and(|own| *self.import.file.terms.text(own) == says)
     }
 
     /// A parameter as bits.
@@ -250,14 +297,15 @@ impl Site<'_, '_, '_> {
         y
     }
 
-    /// One bit inverted; by one gate, however many ask for it.
+    /// One bit inverted; by one gate, however many cells of the instance ask for it.
     pub fn invert(&mut self, bit: &Bus) -> Bus {
         let Some(number) = bit.bits().next() else { return bit.clone() };
-        if let Some(known) = self.import.inverted.get(&number) {
+        let key = (self.here.scope, number);
+        if let Some(known) = self.import.inverted.get(&key) {
             return known.clone();
         }
         let y = self.gate("not", GateOp::Not, 1, &[bit]);
-        self.import.inverted.insert(number, y.clone());
+        self.import.inverted.insert(key, y.clone());
         y
     }
 

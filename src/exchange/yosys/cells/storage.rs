@@ -4,8 +4,8 @@
 //! `simlib.v` waits for edges of several controls of which one loads what changes, or of which one may stay when
 //! another goes, so does the cell ([`CellKind::EdgeFlop`]); elsewhere levels give the same.
 
-use super::{Fault, Lower, Site};
-use crate::cell::{CellKind, Edge, Flop, GateOp};
+use super::{Fault, Lower, Site, own};
+use crate::cell::{CellKind, CompareOp, Edge, Flop, GateOp};
 use crate::netlist::Bus;
 use crate::{Logic, Value};
 
@@ -248,6 +248,21 @@ pub(super) fn lower(s: &mut Site, store: Store) -> Result<(), Fault> {
     if store.load.is_some() {
         let (ad, load) = (s.input("AD"), control(s, store.load)?);
         s.expect_width("AD", ad.width(), width)?;
+        if s.is_own(own::LEVEL) {
+            // one data pin has both
+            let data = if ad == d {
+                d
+            } else {
+                let (one, loads, data) = (s.constant(Logic::One, 1), s.spare(1), s.spare(width));
+                let same = CellKind::Compare { op: CompareOp::Same, width: 1, signed: false };
+                s.helper("loads", same, vec![load.clone(), one], vec![loads.clone()]);
+                let mux = CellKind::Mux { width, inputs: 2 };
+                s.helper("data", mux, vec![Bus::concat([&d, &ad]), loads], vec![data.clone()]);
+                data
+            };
+            s.cell(CellKind::Flop(flop), vec![clock, data, load, open(), open(), enable], vec![q]);
+            return Ok(());
+        }
         s.cell(CellKind::EdgeFlop(flop), vec![clock, d, ad, load, open(), open(), enable], vec![q]);
         return Ok(());
     }
@@ -272,8 +287,13 @@ fn one_of_several(s: &mut Site, store: &Store, d: &Bus, q: &Bus, init: &Value, i
         _ if store.sr => (CellKind::Sr { set_dominates: false, init: flop.init }, vec![set, clear]),
         Some((clock, _)) => {
             let open = Bus::default;
-            let inputs = vec![s.bit(clock)?, d.bit(i), open(), open(), set, clear, enable];
-            (CellKind::EdgeFlop(Box::new(flop)), inputs)
+            let clock = s.bit(clock)?;
+            if s.is_own(own::LEVEL) {
+                (CellKind::Flop(Box::new(flop)), vec![clock, d.bit(i), open(), set, clear, enable])
+            } else {
+                let inputs = vec![clock, d.bit(i), open(), open(), set, clear, enable];
+                (CellKind::EdgeFlop(Box::new(flop)), inputs)
+            }
         }
         None => (CellKind::Latch(Box::new(flop)), vec![enable, d.bit(i), set, clear]),
     };

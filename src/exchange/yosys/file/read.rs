@@ -73,6 +73,8 @@ impl<'de> Fields<'de> for InModule<'_, 'de> {
                 self.module.top = attributes.top;
                 self.module.black_box = attributes.black_box;
                 self.module.source = attributes.source;
+                self.module.own = attributes.own;
+                self.module.circuit = attributes.circuit;
             }
             "parameter_default_values" => {
                 let mut list = Vec::new();
@@ -96,6 +98,8 @@ struct Attributes {
     init: Option<Setting>,
     top: bool,
     black_box: bool,
+    own: Option<Term>,
+    circuit: [Option<Term>; 3],
 }
 
 struct InAttributes<'f, 'de> {
@@ -107,7 +111,7 @@ impl<'de> Fields<'de> for InAttributes<'_, 'de> {
     const WHAT: &'static str = "an object of attributes";
 
     fn field<A: MapAccess<'de>>(&mut self, key: &str, _: Cow<'de, str>, map: &mut A) -> Result<(), A::Error> {
-        if !matches!(key, "src" | "hdlname" | "init" | "top" | "blackbox") {
+        if !matches!(key, "src" | "hdlname" | "init" | "top" | "blackbox") && !key.starts_with("discreta") {
             map.next_value::<IgnoredAny>()?;
             return Ok(());
         }
@@ -122,6 +126,10 @@ impl<'de> Fields<'de> for InAttributes<'_, 'de> {
             ("init", _) => self.to.init = Some(setting),
             ("top", _) => self.to.top = is_set(self.terms),
             ("blackbox", _) => self.to.black_box = is_set(self.terms),
+            ("discreta", Setting::Text(term)) => self.to.own = Some(term),
+            ("discreta_timescale", Setting::Text(term)) => self.to.circuit[0] = Some(term),
+            ("discreta_parameters", Setting::Text(term)) => self.to.circuit[1] = Some(term),
+            ("discreta_simulation", Setting::Text(term)) => self.to.circuit[2] = Some(term),
             _ => {}
         }
         Ok(())
@@ -259,11 +267,19 @@ impl<'de> Fields<'de> for Cells<'_, '_, 'de> {
     const WHAT: &'static str = "an object of cells";
 
     fn field<A: MapAccess<'de>>(&mut self, _: &str, name: Cow<'de, str>, map: &mut A) -> Result<(), A::Error> {
-        let mut cell = InCell { inside: self.0, kind: None, hidden: false, source: None, ranges: Default::default() };
+        let mut cell = InCell {
+            inside: self.0,
+            kind: None,
+            hidden: false,
+            source: None,
+            path: None,
+            own: None,
+            ranges: Default::default(),
+        };
         map.next_value_seed(Object(&mut cell))?;
-        let InCell { kind, hidden, source, ranges: [parameters, connections], .. } = cell;
+        let InCell { kind, hidden, source, path, own, ranges: [parameters, connections], .. } = cell;
         let kind = kind.ok_or_else(|| de::Error::custom(format_args!("the cell `{name}` has no `type`")))?;
-        self.0.module.cells.push(Cell { name, kind, hidden, source, parameters, connections });
+        self.0.module.cells.push(Cell { name, kind, hidden, source, path, own, parameters, connections });
         Ok(())
     }
 }
@@ -273,6 +289,8 @@ struct InCell<'f, 'm, 'de> {
     kind: Option<Term>,
     hidden: bool,
     source: Option<Term>,
+    path: Option<Term>,
+    own: Option<Term>,
     ranges: [Range; 2],
 }
 
@@ -283,7 +301,10 @@ impl<'de> Fields<'de> for &mut InCell<'_, '_, 'de> {
         match key {
             "hide_name" => self.hidden = map.next_value::<i64>()? != 0,
             "type" => self.kind = Some(self.inside.terms.add(map.next_value::<Text>()?.0)),
-            "attributes" => self.source = self.inside.attributes(map)?.source,
+            "attributes" => {
+                let attributes = self.inside.attributes(map)?;
+                (self.source, self.path, self.own) = (attributes.source, attributes.path, attributes.own);
+            }
             "parameters" => {
                 let InModule { module, terms } = &mut *self.inside;
                 let start = module.parameters.len();

@@ -1,0 +1,96 @@
+//! `discreta export`: a circuit for other tools.
+
+mod netlist;
+
+use std::io::Write as _;
+use std::path::Path;
+
+use super::args::{ExportArgs, ExportFormat};
+use super::prepare::{Changes, Prepared, circuit_of, prepare};
+use super::run::{faults, loader};
+use super::{CliError, Out, Status};
+use crate::exchange::dot;
+use crate::exchange::verilog::{self, Bench};
+use crate::wave::output::{Destination, Output};
+
+/// Runs the command.
+///
+/// # Errors
+/// Faults of the circuit or scenario, what the format cannot say, a file that cannot be written.
+pub fn run(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
+    match args.to {
+        ExportFormat::Verilog if args.depth.is_some() => Err(CliError::usage("`--depth` is of graphs: `--to dot`")),
+        ExportFormat::Verilog => verilog(args, out),
+        _ if args.testbench.is_some() => Err(CliError::usage("a test bench is Verilog: `--to verilog`")),
+        ExportFormat::YosysJson if args.depth.is_some() => Err(CliError::usage("`--depth` is of graphs: `--to dot`")),
+        ExportFormat::YosysJson => {
+            let mut loader = loader(&args.elaboration)?;
+            let text = netlist::yosys_json(&mut loader, &args.circuit, &args.elaboration.parameter);
+            write(&args.output, &faults(&mut loader, text)?, out)?;
+            Ok(Status::Done)
+        }
+        ExportFormat::Dot => {
+            let mut loader = loader(&args.elaboration)?;
+            let circuit = circuit_of(&mut loader, &args.circuit, &args.elaboration.parameter);
+            let circuit = faults(&mut loader, circuit)?;
+            write(&args.output, &dot::write(&circuit.netlist, args.depth.unwrap_or(usize::MAX)), out)?;
+            Ok(Status::Done)
+        }
+    }
+}
+
+fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
+    let mut loader = loader(&args.elaboration)?;
+    let Some(testbench) = &args.testbench else {
+        let circuit = circuit_of(&mut loader, &args.circuit, &args.elaboration.parameter);
+        let circuit = faults(&mut loader, circuit)?;
+        write(&args.output, &verilog::design(&circuit.netlist).map_err(refused)?, out)?;
+        return Ok(Status::Done);
+    };
+    let changes = Changes {
+        parameters: &args.elaboration.parameter,
+        sets: &args.set,
+        clocks: &args.clock,
+        cycles: args.cycles,
+        time: args.time.as_deref(),
+        until: args.until.as_ref(),
+        trace: &args.trace,
+        wave: None,
+        checking: false,
+    };
+    let prepared = prepare(&mut loader, &args.circuit, &changes);
+    let Prepared { circuit, scenario, replay, .. } = faults(&mut loader, prepared)?;
+    if replay.is_some() {
+        return Err(CliError::usage("a test bench cannot take its inputs from a waveform")
+            .with_hint("write the design alone, without --testbench"));
+    }
+    let dump = match testbench.file_stem() {
+        Some(stem) if testbench.as_os_str() != "-" => format!("{}.vcd", stem.to_string_lossy()),
+        _ => format!("{}.vcd", circuit.netlist.scopes()[0].name),
+    };
+    let bench = Bench { netlist: &circuit.netlist, scenario: &scenario, dump: &dump };
+    let bench = bench.write().map_err(refused)?;
+    let design = verilog::design(&circuit.netlist).map_err(refused)?;
+    if *testbench == args.output {
+        write(&args.output, &format!("{design}\n{bench}"), out)?;
+    } else {
+        write(&args.output, &design, out)?;
+        write(testbench, &bench, out)?;
+    }
+    Ok(Status::Done)
+}
+
+fn refused(what: verilog::Refused) -> CliError {
+    CliError::usage(what.to_string())
+}
+
+/// Writes a whole file, or none.
+pub(super) fn write(path: &Path, text: &str, out: &mut Out) -> Result<(), CliError> {
+    if path.as_os_str() == "-" {
+        return out.bytes(text.as_bytes());
+    }
+    let mut file = Output::create(path)?;
+    file.write_all(text.as_bytes())?;
+    file.complete()?;
+    Ok(())
+}

@@ -1,0 +1,115 @@
+//! Driving the inputs of an engine as a waveform says, tick by tick.
+
+use super::{Driven, Replay};
+use crate::engine::Engine;
+use crate::netlist::Turn;
+use crate::value::Word;
+use crate::value::word::words;
+use crate::wave::play::Player;
+
+/// What a waveform does to the inputs from its beginning on.
+pub struct Feed<'r> {
+    replay: &'r Replay,
+    player: Player<'r>,
+    inputs: Vec<Input>,
+    /// Inputs that change at the present tick.
+    changed: Vec<usize>,
+    /// The turns of this tick that are still to come.
+    rest: Vec<Turn>,
+}
+
+/// An input.
+struct Input {
+    /// Its value in the waveform.
+    value: Vec<Word>,
+    /// What the engine was given.
+    given: Vec<Word>,
+    /// Whether it is among those that change.
+    changes: bool,
+}
+
+impl<'r> Feed<'r> {
+    pub(super) fn new(replay: &'r Replay) -> Feed<'r> {
+        let input = |driven: &Driven| {
+            let value = vec![Word::ZERO; words(driven.width)];
+            let mut input = Input { given: value.clone(), value, changes: false };
+            for (i, word) in input.value.iter_mut().enumerate() {
+                let mask = crate::value::word::word_mask(driven.width, i);
+                *word = if driven.floats { Word::z(mask) } else { Word::x(mask) };
+            }
+            input.given.clone_from(&input.value);
+            input
+        };
+        Feed {
+            replay,
+            player: replay.tracks.play(&replay.waves),
+            inputs: replay.inputs.iter().map(input).collect(),
+            changed: Vec::new(),
+            rest: Vec::new(),
+        }
+    }
+
+    /// The tick of the next changes.
+    #[must_use]
+    pub fn due(&self) -> Option<u64> {
+        self.player.time().map(|time| self.replay.tick(time))
+    }
+
+    /// Goes on to the next changes.
+    pub fn step(&mut self) {
+        for input in self.changed.drain(..) {
+            self.inputs[input].changes = false;
+        }
+        let Feed { replay, player, inputs, changed, .. } = self;
+        player.step(&mut |lane, bits| {
+            let (input, at, width) = replay.lanes[lane];
+            bits.write(&mut inputs[input].value, at, width);
+            if !std::mem::replace(&mut inputs[input].changes, true) {
+                changed.push(input);
+            }
+        });
+    }
+
+    /// Gives the engine what comes first: the clocks, or, where none changes, what else is a clock; or `all`.
+    pub fn drive_first(&mut self, engine: &mut dyn Engine, all: bool) {
+        self.rest.clear();
+        if all {
+            for turn in Turn::ALL {
+                self.drive(engine, turn);
+            }
+        } else if self.drive(engine, Turn::Clock) {
+            self.rest.extend([Turn::Strobe, Turn::Data]);
+        } else {
+            self.drive(engine, Turn::Strobe);
+            self.rest.push(Turn::Data);
+        }
+    }
+
+    /// Gives the engine the other changes. Returns whether there are any.
+    pub fn drive_rest(&mut self, engine: &mut dyn Engine) -> bool {
+        let mut any = false;
+        for turn in std::mem::take(&mut self.rest) {
+            any |= self.drive(engine, turn);
+        }
+        any
+    }
+
+    /// Gives the engine what changes in one turn. Returns whether there is anything.
+    fn drive(&mut self, engine: &mut dyn Engine, turn: Turn) -> bool {
+        let mut any = false;
+        for &i in &self.changed {
+            let (driven, input) = (&self.replay.inputs[i], &mut self.inputs[i]);
+            let Some((_, bits)) = driven.turns.iter().find(|(t, _)| *t == turn) else { continue };
+            let mut changes = false;
+            for ((given, new), mask) in input.given.iter_mut().zip(&input.value).zip(bits) {
+                let word = Word { v: given.v & !mask | new.v & mask, u: given.u & !mask | new.u & mask };
+                changes |= std::mem::replace(given, word) != word;
+            }
+            if changes {
+                engine.drive(driven.net, &input.given);
+                any = true;
+            }
+        }
+        any
+    }
+}

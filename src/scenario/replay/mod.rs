@@ -1,0 +1,417 @@
+//! A waveform in place of a stimulus: what it drives (`names` finds it, `feed` does it), and what is compared with it
+//! (`expected`).
+
+mod expected;
+mod feed;
+mod names;
+
+use std::fmt;
+use std::path::Path;
+
+use super::file::Simulation;
+use super::stimulus::WaveStimulus;
+use crate::circuit::Circuit;
+use crate::diag::{Code, Diagnostic, Diagnostics, Span};
+use crate::json::Spanned;
+use crate::netlist::{Direction, NetId, Netlist, SignalId, Turn};
+use crate::timescale::Timescale;
+use crate::wave::play::Tracks;
+use crate::wave::read::Waves;
+
+pub use expected::Expected;
+pub use feed::Feed;
+use names::{Mismatch, Names, Part};
+
+/// An input that the waveform drives.
+#[derive(Debug)]
+struct Driven {
+    signal: SignalId,
+    net: NetId,
+    width: u32,
+    /// Whether what nothing drives is z: the circuit may drive it too.
+    floats: bool,
+    /// Its bits by when they take effect, as masks of its words.
+    turns: Vec<(Turn, Vec<u64>)>,
+    /// The first of its variables among the [lanes](Replay::lanes).
+    lane: usize,
+}
+
+/// How the ticks of the waveform and those of the circuit go together.
+#[derive(Clone, Copy, Debug)]
+enum Scale {
+    /// One of the waveform is so many of the circuit.
+    Times(u64),
+    /// So many of the waveform are one of the circuit.
+    Over(u64),
+}
+
+/// A waveform that drives a circuit.
+pub struct Replay {
+    waves: Waves,
+    scope: String,
+    inputs: Vec<Driven>,
+    /// For each variable that is played the input of which it is a part, the lowest bit of that part, its width.
+    lanes: Vec<(usize, u32, u32)>,
+    tracks: Tracks,
+    scale: Scale,
+    /// The clock whose cycles count: its name, and its lane.
+    clock: Option<(String, usize)>,
+    expected: Option<Expected>,
+}
+
+impl fmt::Debug for Replay {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Replay({} in `{}`)", self.waves.path().display(), self.scope)
+    }
+}
+
+/// Opens the waveform that a scenario names; its path is relative to the file `from`.
+pub fn open(wave: &WaveStimulus, from: &str, diagnostics: &mut Diagnostics) -> Option<Waves> {
+    let path = Path::new(from).parent().unwrap_or(Path::new("")).join(&*wave.wave.value);
+    let opened = Waves::open(&crate::circuit::normal(&path));
+    let fault = |e: crate::wave::read::ReadError| {
+        let fault = Diagnostic::new(Code::BadWave, e.to_string()).at(wave.wave.span, "");
+        e.hint().into_iter().fold(fault, Diagnostic::help)
+    };
+    opened.map_err(|e| diagnostics.push(fault(e))).ok()
+}
+
+impl Replay {
+    /// Finds the inputs of a circuit, and what is to be compared, in a waveform. Every fault goes into `diagnostics`.
+    pub fn new(
+        circuit: &Circuit,
+        simulation: &Simulation,
+        wave: &WaveStimulus,
+        mut waves: Waves,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Replay> {
+        let before = diagnostics.errors();
+        let netlist = &circuit.netlist;
+        let finder = Finder { netlist, wave, waves: &waves, names: Names::new(&waves), diagnostics };
+        let (scope, found, expected) = finder.find(simulation)?;
+        let mut vars = Vec::new();
+        let (mut inputs, mut lanes) = (Vec::new(), Vec::new());
+        for (signal, parts) in found {
+            let s = netlist.signal(signal);
+            let Some(net) = s.drive else { continue };
+            let floats = s.port == Some(Direction::Inout);
+            let lane = lanes.len();
+            for part in parts {
+                lanes.push((inputs.len(), part.at, part.width));
+                vars.push(part.var);
+            }
+            inputs.push(Driven { signal, net, width: s.width, floats, turns: Vec::new(), lane });
+        }
+        let first: Vec<NetId> =
+            wave.first.iter().filter_map(|name| first(netlist, name, &inputs, diagnostics)).collect();
+        let turns = if wave.first.is_empty() { netlist.turns() } else { netlist.turns_with(&first) };
+        let mut clock = None;
+        for driven in &mut inputs {
+            for bit in 0..driven.width {
+                let turn = turns.of(driven.net, bit);
+                let at = driven.turns.iter().position(|(t, _)| *t == turn).unwrap_or_else(|| {
+                    driven.turns.push((turn, vec![0; crate::value::word::words(driven.width)]));
+                    driven.turns.len() - 1
+                });
+                driven.turns[at].1[bit as usize / 64] |= 1 << (bit % 64);
+            }
+            if clock.is_none() && driven.width == 1 && turns.of(driven.net, 0) == Turn::Clock {
+                clock = Some((netlist.signal(driven.signal).name.clone(), driven.lane));
+            }
+        }
+        let tell = |text: String| Diagnostic::new(Code::BadWave, text).at(wave.wave.span, "");
+        let tracks = match Tracks::load(&mut waves, &vars) {
+            Ok(tracks) => tracks,
+            Err(e) => {
+                diagnostics.push(tell(e.to_string()));
+                return None;
+            }
+        };
+        let scale = match scale(&waves, netlist.timescale()) {
+            Ok(scale) => scale,
+            Err(text) => {
+                diagnostics.push(tell(text));
+                return None;
+            }
+        };
+        let replay = Replay { waves, scope, inputs, lanes, tracks, scale, clock, expected };
+        replay.on_ticks(netlist, wave.wave.span, diagnostics);
+        (diagnostics.errors() == before).then_some(replay)
+    }
+
+    /// Tells of changes that are between two ticks of the circuit.
+    fn on_ticks(&self, netlist: &Netlist, span: Span, diagnostics: &mut Diagnostics) {
+        let Scale::Over(ticks) = self.scale else { return };
+        for (lane, &(input, _, _)) in self.lanes.iter().enumerate() {
+            if let Some(time) = self.tracks.times(&self.waves, lane).find(|time| !time.is_multiple_of(ticks)) {
+                let at = self.waves.timescale().map_or_else(|| format!("tick {time}"), |t| t.time(time));
+                let name = &netlist.signal(self.inputs[input].signal).name;
+                let text = format!(
+                    "in the waveform `{name}` changes at {at}, which is not a whole number of ticks of {}",
+                    netlist.timescale()
+                );
+                let fault = Diagnostic::new(Code::BadTime, text).at(span, "");
+                diagnostics.push(fault.help("give the circuit a finer `timescale`"));
+                return;
+            }
+        }
+    }
+
+    /// The waveform's file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.waves.path()
+    }
+
+    /// Where in its hierarchy the circuit stands; empty at the top.
+    #[must_use]
+    pub fn scope(&self) -> &str {
+        &self.scope
+    }
+
+    /// The inputs that it drives, in the order of the circuit.
+    pub fn inputs(&self) -> impl Iterator<Item = SignalId> + '_ {
+        self.inputs.iter().map(|driven| driven.signal)
+    }
+
+    /// The nets of those inputs.
+    pub fn driven(&self) -> impl Iterator<Item = NetId> + '_ {
+        self.inputs.iter().map(|driven| driven.net)
+    }
+
+    /// The last tick.
+    #[must_use]
+    pub fn end(&self) -> u64 {
+        self.tick(self.waves.end())
+    }
+
+    fn tick(&self, time: u64) -> u64 {
+        match self.scale {
+            Scale::Times(n) => time * n,
+            Scale::Over(n) => time / n,
+        }
+    }
+
+    /// What is compared, if something is.
+    #[must_use]
+    pub fn expected(&self) -> Option<&Expected> {
+        self.expected.as_ref()
+    }
+
+    /// The changes from the beginning on.
+    #[must_use]
+    pub fn feed(&self) -> Feed<'_> {
+        Feed::new(self)
+    }
+
+    /// The first input that is a clock, by its name, for [`last_of`](Replay::last_of).
+    pub(super) fn clock(&self) -> Option<(&str, usize)> {
+        self.clock.as_ref().map(|(name, lane)| (name.as_str(), *lane))
+    }
+
+    /// The tick of the falling edge that ends so many cycles of a clock, or the last before its first rising edge; if
+    /// it has not as many, how many it has.
+    pub(super) fn last_of(&self, clock: usize, cycles: u64) -> Result<u64, u64> {
+        let (mut rises, mut falls, mut high, mut low) = (0, 0, false, false);
+        for (time, bit) in self.tracks.bits(&self.waves, clock) {
+            let tick = self.tick(time);
+            if bit.is_one() && low {
+                rises += 1;
+                if cycles == 0 {
+                    return Ok(tick.saturating_sub(1));
+                }
+            }
+            if bit.is_zero() && high && rises > 0 {
+                falls += 1;
+                if falls == cycles {
+                    return Ok(tick);
+                }
+            }
+            (high, low) = (bit.is_one(), bit.is_zero());
+        }
+        if cycles == 0 { Ok(self.end()) } else { Err(falls) }
+    }
+}
+
+/// The net of an input that is to come first.
+fn first(
+    netlist: &Netlist,
+    name: &crate::circuit::Name,
+    inputs: &[Driven],
+    diagnostics: &mut Diagnostics,
+) -> Option<NetId> {
+    let found = inputs.iter().find(|driven| netlist.signal(driven.signal).name == name.value);
+    if found.is_none() {
+        let names = inputs.iter().map(|driven| netlist.signal(driven.signal).name.as_str());
+        let text = format!("the waveform drives no input `{}`", name.value);
+        let fault = Diagnostic::new(Code::UnknownNet, text).at(name.span, "this cannot come first");
+        diagnostics.push(fault.did_you_mean(name, names));
+    }
+    found.map(|driven| driven.net)
+}
+
+/// How ticks go together. Of a file that does not say, one is one of the circuit.
+fn scale(waves: &Waves, timescale: Timescale) -> Result<Scale, String> {
+    let Some(exponent) = waves.exponent() else { return Ok(Scale::Times(1)) };
+    let factor = 10u64.checked_pow(exponent.abs_diff(timescale.exponent()));
+    if exponent < timescale.exponent() {
+        // what is finer than any number of ticks is on one only at 0
+        return Ok(Scale::Over(factor.unwrap_or(u64::MAX)));
+    }
+    let factor = factor.filter(|n| waves.end().checked_mul(*n).is_some());
+    factor.map(Scale::Times).ok_or_else(|| {
+        format!("the waveform's last time, {} of its ticks, is more than 2^64-1 ticks of {timescale}", waves.end())
+    })
+}
+
+/// Looks a circuit up in a waveform.
+struct Finder<'a> {
+    netlist: &'a Netlist,
+    wave: &'a WaveStimulus,
+    waves: &'a Waves,
+    names: Names<'a>,
+    diagnostics: &'a mut Diagnostics,
+}
+
+type Found = (String, Vec<(SignalId, Vec<Part>)>, Option<Expected>);
+
+impl Finder<'_> {
+    fn fault<T>(&mut self, fault: Diagnostic) -> Option<T> {
+        self.diagnostics.push(fault);
+        None
+    }
+
+    fn find(mut self, simulation: &Simulation) -> Option<Found> {
+        let netlist = self.netlist;
+        let given = |name: &str| simulation.inputs.contains_key(name) || simulation.clocks.contains_key(name);
+        let inputs: Vec<SignalId> = netlist
+            .signal_ids()
+            .filter(|&s| netlist.signal(s).drive.is_some() && !given(&netlist.signal(s).name))
+            .collect();
+        let wanted: Vec<&str> = inputs.iter().map(|&s| netlist.signal(s).name.as_str()).collect();
+        let scope = match &self.wave.scope {
+            Some(scope) => self.given(scope)?,
+            None => self.search(&wanted)?,
+        };
+        let mut found = Vec::new();
+        let mut missing = Vec::new();
+        for signal in inputs {
+            let (name, width) = (&netlist.signal(signal).name, netlist.signal(signal).width);
+            match self.names.parts(&scope, name, width) {
+                Ok(parts) => found.push((signal, parts)),
+                Err(Mismatch::Missing) => missing.push(format!("`{name}`")),
+                Err(other) => {
+                    let fault = Diagnostic::new(Code::WidthMismatch, differs(name, width, other));
+                    self.diagnostics.push(fault.at(self.wave.wave.span, "this waveform"));
+                }
+            }
+        }
+        if !missing.is_empty() {
+            let text = format!("{} lacks the input{} {}", self.place(&scope), plural(&missing), missing.join(", "));
+            let fault = Diagnostic::new(Code::BadWave, text).at(self.wave.wave.span, "");
+            self.diagnostics
+                .push(fault.help("give it by `-s NET=VALUE` or `--clock NET=PERIOD`, or name another scope"));
+        }
+        let expected = match self.wave.expect {
+            true => Some(Expected::find(&mut self, &scope)?),
+            false => None,
+        };
+        Some((scope, found, expected))
+    }
+
+    /// The scope that was named.
+    fn given(&mut self, scope: &Spanned<String>) -> Option<String> {
+        let plain =
+            |name: &str| name.split('.').map(|s| s.strip_prefix('\\').unwrap_or(s)).collect::<Vec<_>>().join(".");
+        let wanted = plain(scope.value.trim());
+        if wanted.is_empty() || self.waves.scopes().contains(&wanted) {
+            return Some(wanted);
+        }
+        let text = format!("`{}` has no scope `{}`", self.waves.path().display(), scope.value);
+        let fault = Diagnostic::new(Code::BadWave, text).at(scope.span, "");
+        let fault = match self.waves.scopes() {
+            [] => fault.note("it has none"),
+            all => fault.note(format!("it has {}", some(all.iter().map(String::as_str)))),
+        };
+        self.fault(fault.did_you_mean(&wanted, self.waves.scopes().iter().map(String::as_str)))
+    }
+
+    /// The only scope that has what is wanted.
+    fn search(&mut self, wanted: &[&str]) -> Option<String> {
+        let span = self.wave.wave.span;
+        let file = self.waves.path().display();
+        let outputs = || {
+            let ports = self.netlist.ports().map(|s| self.netlist.signal(s));
+            ports.filter(|s| s.port != Some(Direction::Input)).map(|s| s.name.as_str()).collect::<Vec<_>>()
+        };
+        // without inputs it is known by its outputs
+        let scopes = match wanted {
+            [] => self.names.scopes(&outputs(), self.netlist),
+            _ => self.names.scopes(wanted, self.netlist),
+        };
+        match scopes[..] {
+            [one] => Some(one.to_owned()),
+            [] => {
+                let list: Vec<String> = wanted.iter().map(|name| format!("`{name}`")).collect();
+                let text = match &list[..] {
+                    [] => format!("no scope of `{file}` has all outputs of the circuit"),
+                    _ => format!("no scope of `{file}` has the input{} {}", plural(&list), list.join(", ")),
+                };
+                let fault = Diagnostic::new(Code::BadWave, text).at(span, "");
+                let fault = match self.names.nearest(wanted) {
+                    Some(scope) => {
+                        let lacks = wanted.iter().filter(|name| !self.names.has(scope, name));
+                        let lacks: Vec<String> = lacks.map(|name| format!("`{name}`")).collect();
+                        fault.note(format!("{} lacks {}", self.place(scope), lacks.join(", ")))
+                    }
+                    None => fault,
+                };
+                self.fault(fault.help("give what is not in it by `-s NET=VALUE` or `--clock NET=PERIOD`"))
+            }
+            _ => {
+                let text = format!("several scopes of `{file}` have all inputs of the circuit");
+                let fault = Diagnostic::new(Code::BadWave, text).at(span, "");
+                let fault = fault.note(some(scopes.iter().copied()));
+                self.fault(fault.help(format!("name one, as in `--scope {}`", scopes[scopes.len() - 1])))
+            }
+        }
+    }
+
+    fn place(&self, scope: &str) -> String {
+        match scope {
+            "" => format!("the top of `{}`", self.waves.path().display()),
+            _ => format!("the scope `{scope}` of `{}`", self.waves.path().display()),
+        }
+    }
+}
+
+/// What a net is in the waveform, if not what it is in the circuit.
+fn differs(name: &str, width: u32, how: Mismatch) -> String {
+    let bits = |n: u32| if n == 1 { "1 bit".to_owned() } else { format!("{n} bits") };
+    let here = bits(width);
+    match how {
+        Mismatch::Missing => format!("`{name}` is not in the waveform"),
+        Mismatch::Kind(kind) => format!("`{name}` is {kind} in the waveform, {here} in the circuit"),
+        Mismatch::Width(found) => format!("`{name}` has {} in the waveform, {here} in the circuit", bits(found)),
+        Mismatch::Bits(found) => {
+            format!(
+                "`{name}` stands in the waveform in parts of together {}; in the circuit it has {here}",
+                bits(found)
+            )
+        }
+    }
+}
+
+fn plural(list: &[String]) -> &'static str {
+    if list.len() == 1 { "" } else { "s" }
+}
+
+/// The first names of a list.
+fn some<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    const SHOWN: usize = 10;
+    let mut list: Vec<String> = names.map(|name| format!("`{name}`")).collect();
+    let more = list.len().saturating_sub(SHOWN);
+    list.truncate(SHOWN);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    format!("{}{more}", list.join(", ")).replace("``", "the top")
+}

