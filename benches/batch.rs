@@ -31,7 +31,7 @@ fn lines(path: &str, compared: bool, threads: usize) -> (Duration, Statistics) {
     let nets: Vec<_> = signals.iter().map(|&s| netlist.signal(s).drive.unwrap()).collect();
     let axes = ["dx=0..255", "dy=0..255"].map(|o| o.parse::<Over>().unwrap().values(8).unwrap());
     let against = compared.then(|| Against::new(Method::EfLine, &circuit, &scenario, &nets).unwrap());
-    let outputs = netlist.signal_ids().filter(|&s| netlist.signal(s).port == Some(Direction::Output)).collect();
+    let outputs = netlist.ports().filter(|&s| netlist.signal(s).port == Some(Direction::Output)).collect();
     let plan = Plan::new(axes.to_vec()).unwrap();
     let sweep = Sweep { netlist, scenario: &scenario, nets, plan, outputs, against, threads, lanes: 0 };
     let mut best: Option<(Duration, Statistics)> = None;

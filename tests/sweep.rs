@@ -32,7 +32,7 @@ fn same(label: &str, circuit: &Circuit, change: impl Fn(&mut Scenario), overs: &
     let nets: Vec<NetId> = signals.iter().map(|&s| netlist.signal(s).drive.unwrap()).collect();
     let axes = overs.iter().zip(&signals).map(|(o, &s)| o.values(netlist.signal(s).width).unwrap());
     let plan = Plan::new(axes.collect()).unwrap();
-    let outputs: Vec<_> = netlist.signal_ids().filter(|&s| netlist.signal(s).port == Some(Direction::Output)).collect();
+    let outputs: Vec<_> = netlist.ports().filter(|&s| netlist.signal(s).port == Some(Direction::Output)).collect();
     let mut sweep = Sweep { netlist, scenario: &scenario, nets, plan, outputs, against: None, threads: 1, lanes: 0 };
     let rows = |sweep: &Sweep| {
         let rows = Mutex::new(Vec::new());
@@ -205,6 +205,12 @@ fn a_sweep_is_a_table() {
     assert_eq!(json["rows"][0], serde_json::json!([5, "until", 170, 8, 0, 0]));
     assert_eq!(json["rows"][1][0], "8'bxxxxxxxx");
     assert!(!path.with_extension("json.part").exists());
+}
+
+#[test]
+fn the_outputs_are_those_of_the_top_module() {
+    let (_, stdout, _) = run(&words(&["circuits/evaluation/line_gates.json"], &["--over", "dx=5"]));
+    assert_eq!(stdout, "dx,stop,time,cycles,x,y,xt,yt,end\n5,until,170,8,0,0,5,3,1\n");
 }
 
 #[test]

@@ -100,7 +100,7 @@ fn sweep(args: &SweepArgs, path: &Path, out: &mut Out) -> Result<Status, CliErro
     }
     let is_output = |s: &SignalId| matches!(netlist.signal(*s).port, Some(Direction::Output | Direction::Inout));
     let outputs = match args.trace.is_empty() {
-        true => netlist.signal_ids().filter(is_output).collect(),
+        true => netlist.ports().filter(is_output).collect(),
         false => scenario.trace.clone(),
     };
     let sweep = Sweep { netlist, scenario, nets, plan, outputs, against, threads: args.threads.into(), lanes: 0 };

@@ -20,8 +20,8 @@ mod store;
 use std::fmt;
 use std::sync::Arc;
 
-use lanes::{Chunk, Four, LANES};
-use pulp::Arch;
+use lanes::{Chunk, Four, LANES, Plane};
+use pulp::{Arch, NullaryFnOnce};
 use state::State;
 
 use crate::Value;
@@ -147,7 +147,7 @@ impl BatchEngine {
     /// the [`unsettled`](BatchEngine::unsettled).
     pub fn settle(&mut self) {
         let BatchEngine { program, state, arch } = self;
-        arch.dispatch(|| state.settle(program));
+        arch.dispatch(Settle { program, state });
     }
 
     /// The lanes that did not settle, or for which that takes too long to be waited for. Their values mean nothing; the
@@ -214,24 +214,51 @@ impl BatchEngine {
 
     /// Adds to a set the lanes in which a bit is not what is expected: 1 in the lanes of a set, 0 in the others.
     pub fn differ(&self, bit: Slice, expected: &[u64], lanes: &mut [u64]) {
-        let BatchEngine { program, state, arch } = self;
-        let bit = program.nets[bit.net.index()].0 + bit.lo;
-        arch.dispatch(|| {
-            let plane = state.planes.plane::<false>(bit);
-            let sets = expected.chunks_exact(LANES / 64).zip(lanes.chunks_exact_mut(LANES / 64));
-            for (c, (expected, lanes)) in sets.enumerate() {
-                let now = plane.get(c);
-                for i in 0..LANES / 64 {
-                    lanes[i] |= (now.v.0[i] ^ expected[i]) | now.u.0[i];
-                }
-            }
-        });
+        let bit = self.program.nets[bit.net.index()].0 + bit.lo;
+        self.arch.dispatch(Differ { plane: self.state.planes.plane::<false>(bit), expected, lanes });
     }
 
     /// Bits evaluated so far, each in all lanes.
     #[must_use]
     pub fn evaluated(&self) -> u64 {
         self.state.evaluated
+    }
+}
+
+/// A wave, compiled for each vector extension: what is not inlined into it would not be.
+struct Settle<'a> {
+    program: &'a Program,
+    state: &'a mut State,
+}
+
+impl NullaryFnOnce for Settle<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.state.settle(self.program);
+    }
+}
+
+/// A comparison of a bit with what is expected of it.
+struct Differ<'a> {
+    plane: Plane<'a, false>,
+    expected: &'a [u64],
+    lanes: &'a mut [u64],
+}
+
+impl NullaryFnOnce for Differ<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let sets = self.expected.chunks_exact(LANES / 64).zip(self.lanes.chunks_exact_mut(LANES / 64));
+        for (c, (expected, lanes)) in sets.enumerate() {
+            let now = self.plane.get(c);
+            for i in 0..LANES / 64 {
+                lanes[i] |= (now.v.0[i] ^ expected[i]) | now.u.0[i];
+            }
+        }
     }
 }
 

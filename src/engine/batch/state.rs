@@ -288,22 +288,31 @@ impl State {
     #[inline(always)]
     fn clock(&mut self, p: &Program) {
         let mut triggered = std::mem::take(&mut self.triggered);
-        triggered.retain(|&number| {
+        // no closure: it would not be inlined
+        let mut kept = 0;
+        for at in 0..triggered.len() {
+            let number = triggered[at];
             self.is_triggered[number as usize] = false;
             let store = &p.stores[number as usize];
             let op = &store.op;
             let pins = &p.pool[op.pins[0] as usize..op.pins[op.pin_count as usize] as usize];
-            if op.code == Code::General {
+            let changes = if op.code == Code::General {
                 self.sample_lanes(p, store, number as usize);
-                return true;
-            }
-            self.evaluated += u64::from(op.width);
-            if op.keeps_known && self.planes.all_known(pins) {
-                self.sample::<true>(p, store, number as usize)
+                true
             } else {
-                self.sample::<false>(p, store, number as usize)
+                self.evaluated += u64::from(op.width);
+                if op.keeps_known && self.planes.all_known(pins) {
+                    self.sample::<true>(p, store, number as usize)
+                } else {
+                    self.sample::<false>(p, store, number as usize)
+                }
+            };
+            if changes {
+                triggered[kept] = number;
+                kept += 1;
             }
-        });
+        }
+        triggered.truncate(kept);
         for &number in &triggered {
             let store = &p.stores[number as usize];
             for i in 0..store.op.width {
