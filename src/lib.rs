@@ -38,6 +38,7 @@ pub mod netlist;
 pub mod plot;
 pub mod scenario;
 mod simulator;
+pub mod sweep;
 mod timescale;
 pub mod value;
 pub mod wave;

@@ -3,12 +3,14 @@
 //! What means the same in several commands is one struct that they share.
 
 mod drawing;
+mod sweeping;
 
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 
 pub use drawing::{CompareArgs, CompareFormat, DrawingArgs, InterpolateArgs, PlotArgs, Point, StepsFormat};
+pub use sweeping::SweepArgs;
 
 /// `discreta`.
 #[derive(Parser, Debug)]
@@ -45,6 +47,8 @@ pub enum Command {
     Test(TestArgs),
     /// Compare two waveforms: where they differ first, and what was around
     Diff(DiffArgs),
+    /// Run a circuit for every combination of values of some inputs, side by side
+    Sweep(SweepArgs),
     /// Print what an interpolation algorithm does, step by step, without any circuit
     Interpolate(InterpolateArgs),
     /// Draw the path of a method or of a waveform over the ideal curve, as SVG

@@ -25,6 +25,7 @@ mod report;
 pub mod run;
 pub mod schema;
 pub mod stats;
+pub mod sweep;
 pub mod test;
 mod timing;
 mod waveforms;
@@ -88,6 +89,7 @@ fn dispatch(command: &Command, out: &mut Out) -> Result<Status, CliError> {
         Command::Check(args) => check::run(args, out),
         Command::Test(args) => test::run(args, out),
         Command::Diff(args) => diff::run(args, out),
+        Command::Sweep(args) => sweep::run(args, out),
         Command::Interpolate(args) => interpolate::run(args, out),
         Command::Plot(args) => plot::run(args, out),
         Command::Stats(args) => stats::run(args, out),

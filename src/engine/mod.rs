@@ -5,6 +5,7 @@
 
 #[cfg(feature = "compiled")]
 mod auto;
+pub mod batch;
 #[cfg(feature = "compiled")]
 mod compiled;
 mod event;

@@ -122,6 +122,55 @@ pub trait Interpolator: Iterator<Item = Clock> {
     fn stopped(&self) -> Option<Stopped> {
         None
     }
+
+    /// Runs some clocks ahead: into each [`Packing`]'s word of each of `to` what the registers are before a clock and
+    /// which steps that clock makes. `now` is what the registers are, before and after; `over` becomes true with the clocks.
+    fn ahead(&mut self, now: &mut Clock, over: &mut bool, packings: &[Packing], to: &mut [u64]) {
+        for to in to.chunks_exact_mut(packings.len()) {
+            let next = if *over { None } else { self.next() };
+            let step = next.map_or([0; 3], |c| c.step);
+            for (to, packing) in to.iter_mut().zip(packings) {
+                *to = packing.word(now, step);
+            }
+            match next {
+                Some(next) => *now = next,
+                None => *over = true,
+            }
+        }
+    }
+}
+
+/// Which registers and steps stand where in a word of 64 bits: for each a mask of its bits, 0 if it is not there, and how
+/// far up they stand.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Packing {
+    /// Those of [`Clock::at`].
+    pub at: [(u64, u32); 3],
+    /// Those of [`Clock::left`].
+    pub left: [(u64, u32); 3],
+    /// Those of [`Clock::sum`].
+    pub sum: [(u64, u32); 3],
+    /// [`Clock::end`].
+    pub end: (u64, u32),
+    /// Whether there is a step along each axis.
+    pub step: [(u64, u32); 3],
+}
+
+impl Packing {
+    /// The word of these registers and these steps.
+    #[inline(always)]
+    #[must_use]
+    pub fn word(&self, registers: &Clock, step: [i8; 3]) -> u64 {
+        let put = |value: u64, (mask, shift): (u64, u32)| (value & mask) << shift;
+        let mut word = put(u64::from(registers.end), self.end);
+        for (i, step) in step.into_iter().enumerate() {
+            word |= put(registers.at[i] as u64, self.at[i]);
+            word |= put(registers.left[i], self.left[i]);
+            word |= put(registers.sum[i] as u64, self.sum[i]);
+            word |= put(u64::from(step != 0), self.step[i]);
+        }
+        word
+    }
 }
 
 impl<I: Interpolator + ?Sized> Interpolator for Box<I> {
@@ -135,6 +184,10 @@ impl<I: Interpolator + ?Sized> Interpolator for Box<I> {
 
     fn stopped(&self) -> Option<Stopped> {
         (**self).stopped()
+    }
+
+    fn ahead(&mut self, now: &mut Clock, over: &mut bool, packings: &[Packing], to: &mut [u64]) {
+        (**self).ahead(now, over, packings, to);
     }
 }
 

@@ -17,7 +17,7 @@ pub mod offset;
 pub mod quadrant;
 pub mod request;
 
-pub use clock::{Clock, Columns, Interpolator, Stopped, Watchdog};
+pub use clock::{Clock, Columns, Interpolator, Packing, Stopped, Watchdog};
 pub use dda::circle::{DdaCircle, DdaCirclePrinted};
 pub use dda::conic::{Course, CurveInput};
 pub use dda::curve::{DdaCurve, Printed};

@@ -21,3 +21,5 @@ pub use resolve::{DEFAULT_CYCLES, DrivenClock, Event, Expectation, Rule, Scenari
 pub use run::{Control, Failure, Found, Outcome, RunError, Stop, run, run_with};
 pub use stimulus::{Loose, Stimuli, WaveStimulus};
 pub use time::{Percent, TimeText};
+
+pub(crate) use run::value;

@@ -411,6 +411,13 @@ pub(super) fn read<'b>(netlist: &Netlist, engine: &dyn Engine, signal: SignalId,
     &buffer[..n]
 }
 
+/// The present value of a signal.
+pub(crate) fn value(netlist: &Netlist, engine: &dyn Engine, signal: SignalId) -> Value {
+    let width = netlist.signal(signal).width;
+    let mut buffer = vec![Word::ZERO; words(width)];
+    Value::from_words(read(netlist, engine, signal, &mut buffer), width)
+}
+
 fn drive(engine: &mut dyn Engine, net: crate::netlist::NetId, value: &Value) {
     // inputs change seldom: this may allocate
     let all: Vec<Word> = value.words().collect();

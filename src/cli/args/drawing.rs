@@ -132,7 +132,7 @@ pub struct InterpolateArgs {
 }
 
 /// The names of the methods, each with what it is.
-fn methods() -> impl TypedValueParser<Value = Method> {
+pub(super) fn methods() -> impl TypedValueParser<Value = Method> {
     let names = Method::ALL.iter().map(|m| PossibleValue::new(m.name()).help(m.about()));
     PossibleValuesParser::new(names).try_map(|name| name.parse::<Method>())
 }

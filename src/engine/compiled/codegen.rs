@@ -70,7 +70,8 @@ pub(super) fn available() -> Result<(), String> {
         let id = module.declare_function("nothing", Linkage::Local, &signature).map_err(|e| e.to_string())?;
         module.define_function(id, &mut context).map_err(|e| format!("{e:?}"))?;
         module.finalize_definitions().map_err(|e| e.to_string())?;
-        Ok(drop(Machine::new(module, Vec::new())))
+        drop(Machine::new(module, Vec::new()));
+        Ok(())
     };
     AVAILABLE.get_or_init(attempt).clone().map_err(|why| format!("machine code cannot be made here: {why}"))
 }

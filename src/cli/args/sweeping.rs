@@ -1,0 +1,110 @@
+//! The arguments of `discreta sweep`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueHint};
+
+use super::drawing::methods;
+use super::{Assignment, ClockOption, Condition, ElaborationArgs, assignment, clock, condition};
+use crate::interpolate::Method;
+use crate::sweep::{Over, Shard};
+
+/// `discreta sweep`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta sweep circuits/evaluation/line.json --over dx=0..255 --over dy=0..255 -o lines.csv
+        the circuit's own scenario for each of the 65,536 pairs; a row for each, with the last values of the outputs
+  discreta sweep circuits/evaluation/line.json --over dx=0..255 --over dy=0..255 --against ef-line -o lines.csv
+        each also compared with the algorithm on every clock; the first that differs is shown as a command
+  discreta sweep circuits/evaluation/line.json -p W=16 --over dx=0..65535 --over dy=0..65535 --sample 10000
+        10,000 pairs drawn at random, always the same ones for the same --seed
+  discreta sweep line.json --over dx=0..255 --over dy=0..255 --shard 3/8 -o part3.csv
+  discreta sweep --join part*.csv -o lines.csv
+        a part of the rows, on this machine, and all parts together
+
+The input named last changes fastest. docs/sweep.md says what the columns are.
+Exit status: 0 every run stopped as asked; 1 some did not, or differ, or it was interrupted; 2 usage, input or output.")]
+pub struct SweepArgs {
+    /// The circuit file, a netlist of Yosys (write_json), or a scenario that names one
+    #[arg(value_name = "CIRCUIT", value_hint = ValueHint::FilePath, required_unless_present = "join")]
+    pub circuit: Option<PathBuf>,
+
+    /// Give an input each of these values: A..B, A..B..STEP or A,B,C; several inputs: each combination
+    #[arg(long, value_name = "NET=A..B", value_parser = over, required_unless_present = "join")]
+    pub over: Vec<Over>,
+
+    /// Compare every run with this method on every clock
+    #[arg(long, value_name = "METHOD", value_parser = methods())]
+    pub against: Option<Method>,
+
+    /// Run only so many of the combinations, drawn at random
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub sample: Option<u64>,
+
+    /// The seed of the sample
+    #[arg(long, value_name = "S", default_value_t = 1, requires = "sample")]
+    pub seed: u64,
+
+    /// Run only part I of N, from 1/N to N/N, to be joined afterwards
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    pub shard: Option<Shard>,
+
+    /// Put the parts of a sweep together
+    #[arg(long, value_name = "PART", num_args = 1.., value_hint = ValueHint::FilePath,
+          conflicts_with_all = ["circuit", "over", "against", "sample", "shard", "resume", "parameter", "top", "set", "clock",
+                                "cycles", "time", "until", "trace", "threads"])]
+    pub join: Vec<PathBuf>,
+
+    /// Write the rows to a file, .csv or .json; else they go to standard output as CSV
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub output: Option<PathBuf>,
+
+    /// Go on with what an interrupted sweep left beside the output
+    #[arg(long, requires = "output")]
+    pub resume: bool,
+
+    /// Give the last values of nets that match, e.g. 'adder.*' or '**.q', in place of the outputs'
+    #[arg(long, value_name = "GLOB")]
+    pub trace: Vec<String>,
+
+    /// Use so many threads; 0: one for each core
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1024))]
+    pub threads: u16,
+
+    /// Parameters and limits.
+    #[command(flatten)]
+    pub elaboration: ElaborationArgs,
+
+    /// Hold an input at a value from the start; may be given several times
+    #[arg(short, long = "set", value_name = "NET=VALUE", value_parser = assignment)]
+    pub set: Vec<Assignment>,
+
+    /// Drive an input by a clock, as in clk=10ns or clk=20ns,high=5ns,phase=0; may be given several times
+    #[arg(long, value_name = "NET=PERIOD", value_parser = clock)]
+    pub clock: Vec<ClockOption>,
+
+    /// Stop each run after this many periods of the first clock
+    #[arg(long, value_name = "N", conflicts_with = "time")]
+    pub cycles: Option<u64>,
+
+    /// Stop each run at this time: ticks, or with a unit as in 5us
+    #[arg(long, value_name = "TIME")]
+    pub time: Option<String>,
+
+    /// Stop each run when a net has a value; without one, when it is 1
+    #[arg(long, value_name = "NET[=VALUE]", value_parser = condition)]
+    pub until: Option<Condition>,
+
+    /// Say more: what ran on which engine
+    #[arg(short, long)]
+    pub verbose: bool,
+}
+
+fn over(text: &str) -> Result<Over, String> {
+    text.parse()
+}
+
+fn shard(text: &str) -> Result<Shard, String> {
+    text.parse()
+}
