@@ -198,7 +198,7 @@ fn a_sweep_is_a_table() {
     assert_eq!(stderr, "4 runs: 2 until, 2 limit\n");
     assert_eq!(status, 0, "who asks for so many cycles is content to get them");
     let (path, name) = file("table.json");
-    let (status, stdout, _) = run(&words(&[LINE, "--over", "dx=5,8'bx", "--trace", "ko?"], &["-o", &name]));
+    let (status, stdout, _) = run(&words(&[LINE, "--over", "dx=5,8'bx", "--show", "ko?"], &["-o", &name]));
     assert_eq!((status, stdout), (1, format!("2 runs: 1 until, 1 limit\nwrote {name}\n")));
     let json: serde_json::Value = serde_json::from_str(&read(&path)).unwrap();
     assert_eq!(json["columns"], serde_json::json!(["dx", "stop", "time", "cycles", "kox", "koy"]));

@@ -230,7 +230,9 @@ pub struct WaveArgs {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub stimulus: Option<PathBuf>,
 
-    /// Where in the waveform the circuit stands, e.g. bench.dut; by default where its inputs are found
+    /// Where in a waveform the circuit stands, e.g. bench.dut
+    ///
+    /// By default where its inputs are found.
     #[arg(long, value_name = "PATH", requires = "stimulus")]
     pub scope: Option<String>,
 
@@ -249,6 +251,30 @@ pub struct WaveArgs {
     /// Let an input change before all others of its time, in place of the clocks; may be given several times
     #[arg(long, value_name = "NET", requires = "stimulus")]
     pub first: Vec<String>,
+}
+
+/// What the command line changes of a scenario.
+#[derive(Args, Debug, Clone, PartialEq, Eq, Default)]
+pub struct ScenarioArgs {
+    /// Hold an input at a value from the start; may be given several times
+    #[arg(short, long = "set", value_name = "NET=VALUE", value_parser = assignment)]
+    pub set: Vec<Assignment>,
+
+    /// Drive an input by a clock, as in clk=10ns or clk=20ns,high=5ns,phase=0; may be given several times
+    #[arg(long, value_name = "NET=PERIOD", value_parser = clock)]
+    pub clock: Vec<ClockOption>,
+
+    /// Stop after this many periods of the first clock
+    #[arg(long, value_name = "N", conflicts_with = "time")]
+    pub cycles: Option<u64>,
+
+    /// Stop at this time: ticks, or with a unit as in 5us
+    #[arg(long, value_name = "TIME")]
+    pub time: Option<String>,
+
+    /// Stop when a net has a value; without one, when it is 1
+    #[arg(long, value_name = "NET[=VALUE]", value_parser = condition)]
+    pub until: Option<Condition>,
 }
 
 /// `discreta run`.
@@ -278,25 +304,9 @@ pub struct RunArgs {
     #[command(flatten)]
     pub elaboration: ElaborationArgs,
 
-    /// Hold an input at a value from the start; may be given several times
-    #[arg(short, long = "set", value_name = "NET=VALUE", value_parser = assignment)]
-    pub set: Vec<Assignment>,
-
-    /// Drive an input by a clock, as in clk=10ns or clk=20ns,high=5ns,phase=0; may be given several times
-    #[arg(long, value_name = "NET=PERIOD", value_parser = clock)]
-    pub clock: Vec<ClockOption>,
-
-    /// Stop after this many periods of the first clock
-    #[arg(long, value_name = "N", conflicts_with = "time")]
-    pub cycles: Option<u64>,
-
-    /// Stop at this time: ticks, or with a unit as in 5us
-    #[arg(long, value_name = "TIME")]
-    pub time: Option<String>,
-
-    /// Stop when a net has a value; without one, when it is 1
-    #[arg(long, value_name = "NET[=VALUE]", value_parser = condition)]
-    pub until: Option<Condition>,
+    /// What happens to the circuit.
+    #[command(flatten)]
+    pub scenario: ScenarioArgs,
 
     /// Write the waveform to a file, VCD or FST by its extension, or as VCD to standard output (-); may be given several
     /// times
@@ -319,7 +329,7 @@ pub struct RunArgs {
     #[command(flatten)]
     pub wave: WaveArgs,
 
-    /// Say more: every output, warnings in full, times
+    /// Say more: every output, warnings in full, what ran on which engine
     #[arg(short, long)]
     pub verbose: bool,
 }
@@ -405,7 +415,9 @@ pub struct DiffArgs {
     #[arg(value_name = "B", value_hint = ValueHint::FilePath)]
     pub b: PathBuf,
 
-    /// Compare what is below this scope in the waveform that has it, as where the other's hierarchy begins
+    /// Where in a waveform the circuit stands, e.g. bench.dut
+    ///
+    /// Of the waveform that has this scope, what is below it is compared, as where the other's hierarchy begins.
     #[arg(long, value_name = "PATH")]
     pub scope: Option<String>,
 
@@ -450,7 +462,9 @@ pub struct StatsArgs {
     #[command(flatten)]
     pub elaboration: ElaborationArgs,
 
-    /// Count each module and block too, down to so many below the top
+    /// Go so many modules and blocks down from the top
+    ///
+    /// Each of them is counted too.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub depth: u32,
 
@@ -500,7 +514,9 @@ pub struct ExportArgs {
     #[arg(short, long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
     pub output: PathBuf,
 
-    /// In a graph, draw instances that are more than N deep in others as boxes; without it, none
+    /// Go so many modules and blocks down from the top
+    ///
+    /// In a graph, instances further down are drawn as boxes; without it, none are.
     #[arg(long, value_name = "N")]
     pub depth: Option<usize>,
 
@@ -512,33 +528,14 @@ pub struct ExportArgs {
     #[command(flatten)]
     pub elaboration: ElaborationArgs,
 
-    /// Hold an input at a value from the start; may be given several times
-    #[arg(short, long = "set", value_name = "NET=VALUE", value_parser = assignment, requires = "testbench", help_heading = BENCH)]
-    pub set: Vec<Assignment>,
-
-    /// Drive an input by a clock, as in clk=10ns or clk=20ns,high=5ns,phase=0; may be given several times
-    #[arg(long, value_name = "NET=PERIOD", value_parser = clock, requires = "testbench", help_heading = BENCH)]
-    pub clock: Vec<ClockOption>,
-
-    /// Stop after this many periods of the first clock
-    #[arg(long, value_name = "N", conflicts_with = "time", requires = "testbench", help_heading = BENCH)]
-    pub cycles: Option<u64>,
-
-    /// Stop at this time: ticks, or with a unit as in 5us
-    #[arg(long, value_name = "TIME", requires = "testbench", help_heading = BENCH)]
-    pub time: Option<String>,
-
-    /// Stop when a net has a value; without one, when it is 1
-    #[arg(long, value_name = "NET[=VALUE]", value_parser = condition, requires = "testbench", help_heading = BENCH)]
-    pub until: Option<Condition>,
+    /// What happens to the circuit in the test bench.
+    #[command(flatten)]
+    pub scenario: ScenarioArgs,
 
     /// Record only nets that match, e.g. 'adder.*' or '**.q'; may be given several times
-    #[arg(long, value_name = "GLOB", requires = "testbench", help_heading = BENCH)]
+    #[arg(long, value_name = "GLOB", requires = "testbench")]
     pub trace: Vec<String>,
 }
-
-/// The heading of the options that are those of `run`.
-const BENCH: &str = "Scenario of the test bench";
 
 /// What a schema is of.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]

@@ -5,7 +5,7 @@ mod netlist;
 use std::io::Write as _;
 use std::path::Path;
 
-use super::args::{ExportArgs, ExportFormat};
+use super::args::{ExportArgs, ExportFormat, ScenarioArgs};
 use super::prepare::{Changes, Prepared, circuit_of, prepare};
 use super::run::{faults, loader};
 use super::{CliError, Out, Status};
@@ -42,6 +42,10 @@ pub fn run(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
 fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
     let mut loader = loader(&args.elaboration)?;
     let Some(testbench) = &args.testbench else {
+        if args.scenario != ScenarioArgs::default() {
+            return Err(CliError::usage("what happens to the circuit is for a test bench")
+                .with_hint("add `--testbench FILE`, or leave out -s, --clock, --cycles, --time, --until"));
+        }
         let circuit = circuit_of(&mut loader, &args.circuit, &args.elaboration.parameter);
         let circuit = faults(&mut loader, circuit)?;
         write(&args.output, &verilog::design(&circuit.netlist).map_err(refused)?, out)?;
@@ -49,11 +53,11 @@ fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
     };
     let changes = Changes {
         parameters: &args.elaboration.parameter,
-        sets: &args.set,
-        clocks: &args.clock,
-        cycles: args.cycles,
-        time: args.time.as_deref(),
-        until: args.until.as_ref(),
+        sets: &args.scenario.set,
+        clocks: &args.scenario.clock,
+        cycles: args.scenario.cycles,
+        time: args.scenario.time.as_deref(),
+        until: args.scenario.until.as_ref(),
         trace: &args.trace,
         wave: None,
         checking: false,

@@ -30,11 +30,11 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
     let mut loader = loader(&args.elaboration)?;
     let changes = Changes {
         parameters: &args.elaboration.parameter,
-        sets: &args.set,
-        clocks: &args.clock,
-        cycles: args.cycles,
-        time: args.time.as_deref(),
-        until: args.until.as_ref(),
+        sets: &args.scenario.set,
+        clocks: &args.scenario.clock,
+        cycles: args.scenario.cycles,
+        time: args.scenario.time.as_deref(),
+        until: args.scenario.until.as_ref(),
         trace: &args.trace,
         wave: args.wave.stimulus.is_some().then_some(&args.wave),
         checking: false,

@@ -46,9 +46,10 @@ fn sweep(args: &SweepArgs, path: &Path, out: &mut Out) -> Result<Status, CliErro
     }
     let mut loader = loader(&args.elaboration)?;
     // what is swept is held, so that it has to be an input
-    let mut sets = args.set.clone();
+    let mut sets = args.scenario.set.clone();
     for (i, over) in args.over.iter().enumerate() {
-        if args.over[..i].iter().any(|o| o.net == over.net) || sets[..args.set.len()].iter().any(|s| s.name == over.net)
+        if args.over[..i].iter().any(|o| o.net == over.net)
+            || sets[..args.scenario.set.len()].iter().any(|s| s.name == over.net)
         {
             return Err(CliError::usage(format!("`{}` is given twice", over.net)));
         }
@@ -57,11 +58,11 @@ fn sweep(args: &SweepArgs, path: &Path, out: &mut Out) -> Result<Status, CliErro
     let changes = Changes {
         parameters: &args.elaboration.parameter,
         sets: &sets,
-        clocks: &args.clock,
-        cycles: args.cycles,
-        time: args.time.as_deref(),
-        until: args.until.as_ref(),
-        trace: &args.trace,
+        clocks: &args.scenario.clock,
+        cycles: args.scenario.cycles,
+        time: args.scenario.time.as_deref(),
+        until: args.scenario.until.as_ref(),
+        trace: &args.show,
         ..Changes::default()
     };
     let prepared = prepare(&mut loader, path, &changes);
@@ -99,7 +100,7 @@ fn sweep(args: &SweepArgs, path: &Path, out: &mut Out) -> Result<Status, CliErro
         eprintln!("note: a sweep does not look at expectations, timing checks and the circuit's own assertions");
     }
     let is_output = |s: &SignalId| matches!(netlist.signal(*s).port, Some(Direction::Output | Direction::Inout));
-    let outputs = match args.trace.is_empty() {
+    let outputs = match args.show.is_empty() {
         true => netlist.ports().filter(is_output).collect(),
         false => scenario.trace.clone(),
     };
@@ -298,24 +299,24 @@ fn command(args: &SweepArgs, path: &Path, plan: &Plan, row: u64) -> String {
     for a in &args.elaboration.limit {
         option("--limit", format!("{}={}", a.name, a.value));
     }
-    for a in &args.set {
+    for a in &args.scenario.set {
         option("-s", format!("{}={}", a.name, a.value));
     }
     for (over, index) in args.over.iter().zip(plan.indices(row)) {
         option("-s", format!("{}={}", over.net, over.text(index)));
     }
-    for c in &args.clock {
+    for c in &args.scenario.clock {
         let high = c.high.as_ref().map_or(String::new(), |t| format!(",high={t}"));
         let phase = c.phase.as_ref().map_or(String::new(), |t| format!(",phase={t}"));
         option("--clock", format!("{}={}{high}{phase}", c.net, c.period));
     }
-    if let Some(n) = args.cycles {
+    if let Some(n) = args.scenario.cycles {
         option("--cycles", n.to_string());
     }
-    if let Some(time) = &args.time {
+    if let Some(time) = &args.scenario.time {
         option("--time", time.clone());
     }
-    if let Some(until) = &args.until {
+    if let Some(until) = &args.scenario.until {
         option("--until", until.value.as_ref().map_or(until.net.clone(), |v| format!("{}={v}", until.net)));
     }
     option("-o", "difference.vcd".to_owned());

@@ -220,11 +220,13 @@ pub struct CompareArgs {
     #[arg(long, value_name = "P", default_value_t = 8)]
     pub bits: u32,
 
-    /// Draw only so many segments of each kind, and not all of them
+    /// Take only so many, drawn at random
+    ///
+    /// Of each kind of segment.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     pub sample: Option<u64>,
 
-    /// Begin the pseudo-random choice of a sample here
+    /// The seed of the sample
     #[arg(long, value_name = "S", default_value_t = 1, requires = "sample")]
     pub seed: u64,
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueHint};
 
 use super::drawing::methods;
-use super::{Assignment, ClockOption, Condition, ElaborationArgs, assignment, clock, condition};
+use super::{ElaborationArgs, ScenarioArgs};
 use crate::interpolate::Method;
 use crate::sweep::{Over, Shard};
 
@@ -38,7 +38,9 @@ pub struct SweepArgs {
     #[arg(long, value_name = "METHOD", value_parser = methods())]
     pub against: Option<Method>,
 
-    /// Run only so many of the combinations, drawn at random
+    /// Take only so many, drawn at random
+    ///
+    /// Of the combinations.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub sample: Option<u64>,
 
@@ -53,7 +55,7 @@ pub struct SweepArgs {
     /// Put the parts of a sweep together
     #[arg(long, value_name = "PART", num_args = 1.., value_hint = ValueHint::FilePath,
           conflicts_with_all = ["circuit", "over", "against", "sample", "shard", "resume", "parameter", "top", "set", "clock",
-                                "cycles", "time", "until", "trace", "threads"])]
+                                "cycles", "time", "until", "show", "threads"])]
     pub join: Vec<PathBuf>,
 
     /// Write the rows to a file, .csv or .json; else they go to standard output as CSV
@@ -66,7 +68,7 @@ pub struct SweepArgs {
 
     /// Give the last values of nets that match, e.g. 'adder.*' or '**.q', in place of the outputs'
     #[arg(long, value_name = "GLOB")]
-    pub trace: Vec<String>,
+    pub show: Vec<String>,
 
     /// Use so many threads; 0: one for each core
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1024))]
@@ -76,27 +78,11 @@ pub struct SweepArgs {
     #[command(flatten)]
     pub elaboration: ElaborationArgs,
 
-    /// Hold an input at a value from the start; may be given several times
-    #[arg(short, long = "set", value_name = "NET=VALUE", value_parser = assignment)]
-    pub set: Vec<Assignment>,
+    /// What happens to the circuit in each run.
+    #[command(flatten)]
+    pub scenario: ScenarioArgs,
 
-    /// Drive an input by a clock, as in clk=10ns or clk=20ns,high=5ns,phase=0; may be given several times
-    #[arg(long, value_name = "NET=PERIOD", value_parser = clock)]
-    pub clock: Vec<ClockOption>,
-
-    /// Stop each run after this many periods of the first clock
-    #[arg(long, value_name = "N", conflicts_with = "time")]
-    pub cycles: Option<u64>,
-
-    /// Stop each run at this time: ticks, or with a unit as in 5us
-    #[arg(long, value_name = "TIME")]
-    pub time: Option<String>,
-
-    /// Stop each run when a net has a value; without one, when it is 1
-    #[arg(long, value_name = "NET[=VALUE]", value_parser = condition)]
-    pub until: Option<Condition>,
-
-    /// Say more: what ran on which engine
+    /// Say more: every output, warnings in full, what ran on which engine
     #[arg(short, long)]
     pub verbose: bool,
 }
