@@ -7,7 +7,6 @@
 mod support;
 
 use std::fmt::Write as _;
-use std::process::Command;
 
 use discreta::cell::memory::{ReadPort, WritePort};
 use discreta::cell::{
@@ -18,6 +17,7 @@ use discreta::exchange::verilog;
 use discreta::netlist::{Builder, Bus, Netlist};
 use discreta::{Logic, Simulator, Value};
 use needs::needs;
+use support::tool::complaints;
 use support::{Rng, folder};
 
 const VECTORS: usize = 300;
@@ -309,13 +309,6 @@ fn stimulus(rng: &mut Rng, pins: &[Pin]) -> Vec<Vec<Value>> {
     vectors
 }
 
-fn tool(folder: &std::path::Path, name: &str, arguments: &[&str]) {
-    let told = Command::new(name).current_dir(folder).args(arguments).output();
-    let told = told.unwrap_or_else(|e| panic!("{name}: {e}; this test needs Icarus Verilog: apt-get install iverilog"));
-    assert!(told.status.success(), "{name}: {}", String::from_utf8_lossy(&told.stderr));
-    assert!(told.stderr.is_empty(), "{name}: {}", String::from_utf8_lossy(&told.stderr));
-}
-
 #[needs(iverilog)]
 #[test]
 fn every_kind_of_cell_runs_on_icarus_as_here() {
@@ -358,8 +351,9 @@ fn run_on_icarus_as_here(place: &str, draw: fn(&mut Rng) -> Drawn) {
         std::fs::write(folder.join(format!("{round}.v")), verilog::design(&netlist).unwrap() + &bench).unwrap();
         let line = |vector: &Vec<Value>| vector.iter().map(Value::bit_string).collect::<String>() + "\n";
         std::fs::write(folder.join(format!("{round}.in")), vectors.iter().map(line).collect::<String>()).unwrap();
-        tool(&folder, "iverilog", &["-g2005", "-o", &format!("{round}.vvp"), &format!("{round}.v")]);
-        tool(&folder, "vvp", &["-n", &format!("{round}.vvp")]);
+        let (design, compiled) = (format!("{round}.v"), format!("{round}.vvp"));
+        assert_eq!(complaints(&folder, "iverilog", &["-g2005", "-o", &compiled, &design]), "");
+        assert_eq!(complaints(&folder, "vvp", &["-n", &compiled]), "");
         let theirs = std::fs::read_to_string(folder.join(format!("{round}.out"))).unwrap();
         let theirs: Vec<&str> = theirs.lines().collect();
         assert_eq!(theirs.len(), VECTORS);

@@ -16,22 +16,12 @@ mod support;
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use discreta::wave::read::Waves;
 use harness::Level;
 use needs::needs;
+use support::tool::complaints;
 use support::{folder, repository};
-
-/// Runs a tool that must be there; what it says on standard error, which is to be nothing.
-fn tool(folder: &Path, name: &str, arguments: &[&str]) -> String {
-    let told = Command::new(name).current_dir(folder).args(arguments).output();
-    let told =
-        told.unwrap_or_else(|e| panic!("{name}: {e}; this test needs it: apt-get install iverilog verilator yosys"));
-    let text = String::from_utf8_lossy(&told.stderr).into_owned();
-    assert!(told.status.success(), "{name} {}: {text}", arguments.join(" "));
-    text
-}
 
 fn discreta(arguments: &[&str]) {
     let (status, _, told) = program::run(arguments);
@@ -109,9 +99,9 @@ fn compare(folder: &Path, line: &str, counts: &mut Counts) {
     assert_ne!(status, 2, "{line}: {told}");
     discreta(&[&["export"], &words[..], &["--to", "verilog", "-o", &design, "--testbench", &bench]].concat());
     let compiled = text(&at(".vvp"));
-    let told = tool(folder, "iverilog", &["-g2005", "-Wall", "-Wno-timescale", "-o", &compiled, &design, &bench]);
+    let told = complaints(folder, "iverilog", &["-g2005", "-Wall", "-Wno-timescale", "-o", &compiled, &design, &bench]);
     assert_eq!(told, "", "{line}");
-    tool(folder, "vvp", &["-n", &compiled]);
+    complaints(folder, "vvp", &["-n", &compiled]);
     let (end, ours) = waves(Path::new(&ours), "");
     let (their_end, theirs) = waves(&at("_tb.vcd"), "testbench.");
     assert_eq!(end, their_end, "{line}: the end");
@@ -179,14 +169,14 @@ fn icarus_runs_netlists_of_yosys_as_we_do() {
             let netlist = folder.join("Words.json");
             let again = folder.join("again.v");
             discreta(&["export", netlist.to_str().unwrap(), "--to", "verilog", "-o", again.to_str().unwrap()]);
-            assert_eq!(tool(&folder, "verilator", &["--lint-only", "-Wall", "again.v"]), "", "{}", design.name);
+            assert_eq!(complaints(&folder, "verilator", &["--lint-only", "-Wall", "again.v"]), "", "{}", design.name);
             let passes = "proc; opt; memory -nomap; flatten; opt_clean; check -assert";
             let memories = if design.name == "cpu" { 2 } else { 1 };
             let script = format!(
                 "read_verilog again.v; hierarchy -auto-top; {passes}; select -assert-count {memories} t:$mem_v2; \
                  select -assert-none t:$memrd* t:$memwr*"
             );
-            tool(&folder, "yosys", &["-q", "-p", &script]);
+            complaints(&folder, "yosys", &["-q", "-p", &script]);
         }
     }
     let Counts { runs, nets, changes } = counts;
@@ -210,7 +200,7 @@ fn no_tool_has_a_warning() {
             ("verilator", &["--lint-only", "-Wall", &design]),
             ("yosys", &["-q", "-p", &format!("read_verilog {name}; hierarchy -check; proc; check -assert")]),
         ] {
-            assert_eq!(tool(&folder, program, arguments), "", "{line}: {program}");
+            assert_eq!(complaints(&folder, program, arguments), "", "{line}: {program}");
         }
     }
     println!("{} designs without a warning", lines.len());
@@ -235,7 +225,7 @@ fn what_comes_back_from_yosys_is_the_same() {
         let (ours, design, back) = (at(".vcd"), at(".v"), at(".json"));
         discreta(&["run", &circuit, "-o", &ours, "--x-control", "ignore"]);
         discreta(&["export", &circuit, "--to", "verilog", "-o", &design]);
-        tool(&folder, "yosys", &["-q", "-p", &format!("read_verilog {name}.v; {level}; write_json {name}.json")]);
+        complaints(&folder, "yosys", &["-q", "-p", &format!("read_verilog {name}.v; {level}; write_json {name}.json")]);
         // the circuit's own scenario, on the netlist
         let file: serde_json::Value =
             serde_json::from_str(&std::fs::read_to_string(repository(&circuit)).unwrap()).unwrap();

@@ -5,19 +5,12 @@ mod program;
 mod support;
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use needs::needs;
 use program::{discreta, ended};
 use serde_json::{Value as Json, json};
+use support::tool::tool;
 use support::{folder, repository};
-
-/// Runs a tool that must be there.
-fn tool(folder: &Path, name: &str, arguments: &[&str]) {
-    let told = Command::new(name).current_dir(folder).args(arguments).output();
-    let told = told.unwrap_or_else(|e| panic!("{name}: {e}; install it"));
-    assert!(told.status.success(), "{name}: {}", String::from_utf8_lossy(&told.stderr));
-}
 
 /// How the program ends in a folder, with a line of arguments split at spaces.
 fn run(folder: &Path, line: &str) -> (i32, String, String) {

@@ -9,18 +9,11 @@ use std::process::{Command, Output};
 use discreta::Value;
 use needs::needs;
 use serde_json::{Value as Json, json};
+use support::tool::tool;
 use support::{Rng, folder, repository};
 
 fn discreta(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_discreta")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-/// Runs a tool that must be there.
-fn tool(folder: &Path, name: &str, arguments: &[&str]) -> String {
-    let told = Command::new(name).current_dir(folder).args(arguments).output();
-    let told = told.unwrap_or_else(|e| panic!("{name}: {e}; install it"));
-    assert!(told.status.success(), "{name}: {}", String::from_utf8_lossy(&told.stderr));
-    String::from_utf8_lossy(&told.stdout).into_owned()
 }
 
 fn text(bytes: &[u8]) -> String {

@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use discreta::wave::read::Waves;
 use serde_json::{Value as Json, json};
 
 use crate::compare::{Compared, Rules, compare};
+use crate::support::tool::tool;
 use crate::support::{folder, repository};
 
 /// A clock: 0, 1 from `first` on, each for half a period (ns).
@@ -117,15 +117,6 @@ impl Level {
             Level::Cmos => "design -load gates; abc -g cmos4; opt_clean; write_json".to_owned(),
         }
     }
-}
-
-/// Runs a tool that must be there.
-fn tool(folder: &Path, name: &str, arguments: &[&str]) -> String {
-    let told = Command::new(name).current_dir(folder).args(arguments).output();
-    let told = told.unwrap_or_else(|e| panic!("{name}: {e}; install it"));
-    let output = String::from_utf8_lossy(&told.stdout).into_owned();
-    assert!(told.status.success(), "{name}: {output}{}", String::from_utf8_lossy(&told.stderr));
-    output
 }
 
 impl Design {

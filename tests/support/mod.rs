@@ -6,6 +6,7 @@ pub mod design;
 pub mod feed;
 pub mod pairs;
 pub mod proofs;
+pub mod tool;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
