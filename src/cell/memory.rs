@@ -23,6 +23,19 @@ use crate::Value;
 use crate::value::Word;
 use crate::value::word::{mask, word_mask, words};
 
+/// The pins, by their place among [`CellKind::inputs`](super::CellKind::inputs).
+pub(crate) mod pin {
+    pub const RD_CLK: usize = 0;
+    pub const RD_EN: usize = 1;
+    pub const RD_ARST: usize = 2;
+    pub const RD_SRST: usize = 3;
+    pub const RD_ADDR: usize = 4;
+    pub const WR_CLK: usize = 5;
+    pub const WR_EN: usize = 6;
+    pub const WR_ADDR: usize = 7;
+    pub const WR_DATA: usize = 8;
+}
+
 /// A memory. Pins hold all ports, the first in the low bits; words have addresses from `offset` up.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Memory {

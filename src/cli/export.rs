@@ -51,17 +51,7 @@ fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
         write(&args.output, &verilog::design(&circuit.netlist).map_err(refused)?, out)?;
         return Ok(Status::Done);
     };
-    let changes = Changes {
-        parameters: &args.elaboration.parameter,
-        sets: &args.scenario.set,
-        clocks: &args.scenario.clock,
-        cycles: args.scenario.cycles,
-        time: args.scenario.time.as_deref(),
-        until: args.scenario.until.as_ref(),
-        trace: &args.trace,
-        wave: None,
-        checking: false,
-    };
+    let changes = Changes::of(&args.elaboration, &args.scenario, &args.trace);
     let prepared = prepare(&mut loader, &args.circuit, &changes);
     let Prepared { circuit, scenario, replay, .. } = faults(&mut loader, prepared)?;
     if replay.is_some() {

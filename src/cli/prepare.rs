@@ -7,7 +7,7 @@ use indexmap::IndexMap;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use super::args::{Assignment, ClockOption, Condition, DontCare, WaveArgs};
+use super::args::{Assignment, ClockOption, Condition, DontCare, ElaborationArgs, ScenarioArgs, WaveArgs};
 use crate::circuit::{Circuit, Expr, Loader, Name, ParameterValue, normal, size};
 use crate::diag::{Code, Diagnostic, Severity, Span};
 use crate::exchange::yosys::is_yosys;
@@ -36,6 +36,22 @@ pub struct Changes<'a> {
     pub wave: Option<&'a WaveArgs>,
     /// Whether nothing will be run, so that a circuit without any scenario has no fault.
     pub checking: bool,
+}
+
+impl<'a> Changes<'a> {
+    /// Those that several commands share.
+    pub fn of(elaboration: &'a ElaborationArgs, scenario: &'a ScenarioArgs, trace: &'a [String]) -> Changes<'a> {
+        Changes {
+            parameters: &elaboration.parameter,
+            sets: &scenario.set,
+            clocks: &scenario.clock,
+            cycles: scenario.cycles,
+            time: scenario.time.as_deref(),
+            until: scenario.until.as_ref(),
+            trace,
+            ..Changes::default()
+        }
+    }
 }
 
 /// A circuit with its scenario.

@@ -29,15 +29,8 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
     interrupt::watch();
     let mut loader = loader(&args.elaboration)?;
     let changes = Changes {
-        parameters: &args.elaboration.parameter,
-        sets: &args.scenario.set,
-        clocks: &args.scenario.clock,
-        cycles: args.scenario.cycles,
-        time: args.scenario.time.as_deref(),
-        until: args.scenario.until.as_ref(),
-        trace: &args.trace,
         wave: args.wave.stimulus.is_some().then_some(&args.wave),
-        checking: false,
+        ..Changes::of(&args.elaboration, &args.scenario, &args.trace)
     };
     let files = waveforms::places(args)?;
     let prepared = prepare(&mut loader, &args.circuit, &changes);

@@ -55,16 +55,7 @@ fn sweep(args: &SweepArgs, path: &Path, out: &mut Out) -> Result<Status, CliErro
         }
         sets.push(Assignment { name: over.net.clone(), value: over.text(0) });
     }
-    let changes = Changes {
-        parameters: &args.elaboration.parameter,
-        sets: &sets,
-        clocks: &args.scenario.clock,
-        cycles: args.scenario.cycles,
-        time: args.scenario.time.as_deref(),
-        until: args.scenario.until.as_ref(),
-        trace: &args.show,
-        ..Changes::default()
-    };
+    let changes = Changes { sets: &sets, ..Changes::of(&args.elaboration, &args.scenario, &args.show) };
     let prepared = prepare(&mut loader, path, &changes);
     let prepared = faults(&mut loader, prepared)?;
     if prepared.replay.is_some() {

@@ -424,20 +424,10 @@ impl Build<'_> {
         let acts = |pin: usize| self.acts(cell, pin);
         let level = derived_used || kind.inputs().iter().enumerate().any(|(i, p)| p.role == Role::Level && acts(i));
         let mut store = Store {
-            code: StoreCode::General,
             q: self.output(cell, 0),
             derived: if derives { self.output(cell, 1) } else { 0 },
             width,
-            d: ZERO,
-            en: ONE,
-            aload: ZERO,
-            set: ZERO,
-            reset: ZERO,
-            extra: ZERO,
-            extra2: ZERO,
-            set_value: Word::ZERO,
-            reset_value: Word::ZERO,
-            general: 0,
+            ..Store::BLANK
         };
         if width > 64 || matches!(kind, CellKind::EdgeFlop(_)) {
             store.general = self.general(cell);

@@ -10,22 +10,12 @@ use super::eval::State;
 use super::program::{
     Code, ControlPin, MemoryCell, MemoryRead, MemoryWrite, ONE, Op, Operand, Pool, Program, Store, StoreCode, ZERO,
 };
+use crate::cell::memory::pin::{RD_ADDR, RD_ARST, RD_CLK, RD_EN, RD_SRST, WR_ADDR, WR_CLK, WR_DATA, WR_EN};
 use crate::cell::memory::{ReadControls, Written, merged};
 use crate::cell::{Edge, Memory};
 use crate::netlist::{CellId, Slice};
 use crate::value::Word;
 use crate::value::word::{extract, mask, words};
-
-/// Pins of the cell, by their place among [`CellKind::inputs`](crate::cell::CellKind::inputs).
-const RD_CLK: usize = 0;
-const RD_EN: usize = 1;
-const RD_ARST: usize = 2;
-const RD_SRST: usize = 3;
-const RD_ADDR: usize = 4;
-const WR_CLK: usize = 5;
-const WR_EN: usize = 6;
-const WR_ADDR: usize = 7;
-const WR_DATA: usize = 8;
 
 impl Build<'_> {
     /// What a port has of a pin of which every port has `width` bits.
@@ -167,22 +157,7 @@ impl Build<'_> {
 impl Store {
     /// The clock of a port of a memory.
     fn of_memory(number: u32, port: u32) -> Store {
-        Store {
-            code: StoreCode::Memory,
-            q: port,
-            derived: 0,
-            width: 1,
-            d: ZERO,
-            en: ONE,
-            aload: ZERO,
-            set: ZERO,
-            reset: ZERO,
-            extra: ZERO,
-            extra2: ZERO,
-            set_value: Word::ZERO,
-            reset_value: Word::ZERO,
-            general: number,
-        }
+        Store { code: StoreCode::Memory, q: port, general: number, ..Store::BLANK }
     }
 }
 

@@ -125,6 +125,26 @@ pub(super) struct Store {
     pub general: u32,
 }
 
+impl Store {
+    /// One of which no control is connected.
+    pub const BLANK: Store = Store {
+        code: StoreCode::General,
+        q: 0,
+        derived: 0,
+        width: 1,
+        d: ZERO,
+        en: ONE,
+        aload: ZERO,
+        set: ZERO,
+        reset: ZERO,
+        extra: ZERO,
+        extra2: ZERO,
+        set_value: Word::ZERO,
+        reset_value: Word::ZERO,
+        general: 0,
+    };
+}
+
 /// A cell of any kind and width, evaluated through the reference functions of the cell room.
 #[derive(Clone, Debug)]
 pub(super) struct General {

@@ -6,21 +6,11 @@
 
 use super::design::Writer;
 use super::text::{literal, part, range};
+use crate::cell::memory::pin::{RD_ADDR, RD_ARST, RD_CLK, RD_EN, RD_SRST, WR_ADDR, WR_CLK, WR_DATA, WR_EN};
 use crate::cell::memory::{ReadPort, WritePort};
 use crate::cell::{Edge, Memory};
 use crate::netlist::hierarchy::{Cell, Piece};
 use crate::{Logic, Value};
-
-/// Pins, by their place among the inputs of the cell.
-const RD_CLK: usize = 0;
-const RD_EN: usize = 1;
-const RD_ARST: usize = 2;
-const RD_SRST: usize = 3;
-const RD_ADDR: usize = 4;
-const WR_CLK: usize = 5;
-const WR_EN: usize = 6;
-const WR_ADDR: usize = 7;
-const WR_DATA: usize = 8;
 
 /// From so many parts of a word on that are enabled on their own, a loop writes it.
 const LOOP: usize = 9;
