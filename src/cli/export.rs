@@ -48,7 +48,7 @@ fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
         }
         let circuit = circuit_of(&mut loader, &args.circuit, &args.elaboration.parameter);
         let circuit = faults(&mut loader, circuit)?;
-        write(&args.output, &verilog::design(&circuit.netlist).map_err(refused)?, out)?;
+        write(&args.output, &verilog::design(&circuit.netlist), out)?;
         return Ok(Status::Done);
     };
     let changes = Changes::of(&args.elaboration, &args.scenario, &args.trace);
@@ -63,8 +63,8 @@ fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
         _ => format!("{}.vcd", circuit.netlist.scopes()[0].name),
     };
     let bench = Bench { netlist: &circuit.netlist, scenario: &scenario, dump: &dump };
-    let bench = bench.write().map_err(refused)?;
-    let design = verilog::design(&circuit.netlist).map_err(refused)?;
+    let bench = bench.write().map_err(|refused| CliError::usage(refused.to_string()))?;
+    let design = verilog::design(&circuit.netlist);
     if *testbench == args.output {
         write(&args.output, &format!("{design}\n{bench}"), out)?;
     } else {
@@ -72,10 +72,6 @@ fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
         write(testbench, &bench, out)?;
     }
     Ok(Status::Done)
-}
-
-fn refused(what: verilog::Refused) -> CliError {
-    CliError::usage(what.to_string())
 }
 
 /// Writes a whole file, or none.

@@ -4,9 +4,6 @@
 //! what they can; with every unknown plane the constant 0, what is left of four-valued logic is the two-valued one. This
 //! file knows no netlist and no machine.
 
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
-
 /// A node of a [`Graph`]. Operands have smaller numbers than what uses them.
 pub(super) type Id = u32;
 
@@ -54,37 +51,8 @@ pub(super) enum Op {
     },
 }
 
-/// A multiplicative hasher: keys are small, and there are many.
-#[derive(Default)]
-pub(super) struct Mix(u64);
-
-impl Hasher for Mix {
-    fn finish(&self) -> u64 {
-        self.0 ^ self.0 >> 32
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|&b| self.write_u64(b.into()));
-    }
-
-    fn write_u8(&mut self, n: u8) {
-        self.write_u64(n.into());
-    }
-
-    fn write_u32(&mut self, n: u32) {
-        self.write_u64(n.into());
-    }
-
-    fn write_u64(&mut self, n: u64) {
-        self.0 = (self.0.rotate_left(5) ^ n).wrapping_mul(0x517c_c1b7_2722_0a95);
-    }
-
-    fn write_isize(&mut self, n: isize) {
-        self.write_u64(n as u64);
-    }
-}
-
-pub(super) type Map<K, V> = HashMap<K, V, BuildHasherDefault<Mix>>;
+/// Keys are small, and there are many.
+pub(super) type Map<K, V> = rustc_hash::FxHashMap<K, V>;
 
 /// Nodes in an order in which each comes after its operands.
 #[derive(Default, Debug)]

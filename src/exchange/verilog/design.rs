@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use super::names::{Taken, identifier};
 use super::text::{literal, range};
-use super::{Refused, cells, memory, storage};
+use super::{cells, memory, storage};
 use crate::cell::CellKind;
 use crate::netlist::graph::Graph;
 use crate::netlist::hierarchy::circles::{circular, shows};
@@ -13,11 +13,9 @@ use crate::netlist::hierarchy::{Cell, Hierarchy, Module, Piece};
 use crate::netlist::{Direction, NetId, Netlist};
 
 /// A netlist as Verilog.
-///
-/// # Errors
-/// What it cannot say: nothing so far.
-pub fn design(netlist: &Netlist) -> Result<String, Refused> {
-    Ok(written(netlist).text)
+#[must_use]
+pub fn design(netlist: &Netlist) -> String {
+    written(netlist).text
 }
 
 /// The design, and what is called how in it.
