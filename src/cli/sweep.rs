@@ -329,8 +329,9 @@ fn verbose(sweep: &Sweep<'_>, s: &Statistics, took: std::time::Duration, all: st
         if s.events > 0 && s.lanes > 0 { format!(", {} runs on the event engine", s.events) } else { String::new() };
     eprintln!("{engine}{alone}");
     eprintln!(
-        "{} instants, {:.3e} bits of cells evaluated, {:.3} s of {:.3} s",
+        "{} instants, {} of blocks all known, {:.3e} bits of cells evaluated, {:.3} s of {:.3} s",
         s.instants,
+        s.known,
         s.evaluated as f64,
         took.as_secs_f64(),
         all.as_secs_f64()

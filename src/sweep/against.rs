@@ -1,20 +1,17 @@
-//! Every lane compared with an interpolation algorithm, on every clock.
+//! Which algorithm a circuit is compared with, where its inputs come from and which nets show what it computes.
 //!
 //! The circuit has the ports of the line interpolator: `start` loads the inputs while it is 1, `dt` is the clock, steps
-//! are pulses of `x`, `y` (and `z`) while `dt` is 1, and the registers change at its trailing edge. What the algorithm
-//! expects of 64 lanes is put into planes, so that one comparison is one of all lanes.
+//! are pulses of `x`, `y` (and `z`) while `dt` is 1, and the registers change at its trailing edge.
 
 use std::{error, fmt};
 
+use super::model::{Model, What};
 use super::plan::Plan;
-use super::run::Verdict;
-use crate::Value;
 use crate::circuit::Circuit;
-use crate::engine::batch::{BatchEngine, LaneSet};
 use crate::interpolate::request::{arc, line, line_3d};
 use crate::interpolate::{
-    ArcInput, ArcPath, Clock, InputError, Interpolator, Line3dInput, LineInput, Method, Options, Packing, Quadrants,
-    Request, Shape,
+    ArcInput, ArcPath, InputError, Interpolator, Line3dInput, LineInput, Method, Options, Packing, Quadrants, Request,
+    Shape,
 };
 use crate::netlist::{NetId, Netlist, Slice};
 use crate::scenario::Scenario;
@@ -37,26 +34,16 @@ impl fmt::Display for AgainstError {
 
 impl error::Error for AgainstError {}
 
-/// What a net is compared with.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum What {
-    At(usize),
-    Left(usize),
-    Sum(usize),
-    End,
-    Step(usize),
-}
-
 /// A net that is compared.
 #[derive(Clone, Debug)]
-struct Field {
-    name: String,
-    bits: Vec<Slice>,
-    what: What,
+pub(super) struct Field {
+    pub name: String,
+    pub bits: Vec<Slice>,
+    pub what: What,
     /// Where its value stands among those of a lane.
-    word: usize,
-    shift: u32,
-    width: u32,
+    pub word: usize,
+    pub shift: u32,
+    pub width: u32,
 }
 
 /// Where an algorithm's input comes from.
@@ -77,8 +64,8 @@ pub struct Against {
     signed: bool,
     bits: u32,
     inputs: Vec<Operand>,
-    fields: Vec<Field>,
-    words: usize,
+    pub(super) fields: Vec<Field>,
+    pub(super) words: usize,
     /// The net of the clock.
     pub(super) clock: NetId,
 }
@@ -216,14 +203,38 @@ impl Against {
         }
     }
 
-    /// The algorithm for a row.
-    fn draw(&self, row: u64, plan: &Plan) -> Result<Box<dyn Interpolator>, InputError> {
-        let values: Vec<u64> = plan.values(row).map(|w| w.v).collect();
-        let value = |operand: &Operand| match *operand {
-            Operand::Fixed(value) => value,
-            Operand::Swept(axis, width, signed) => number(values[axis], width, signed),
-        };
-        let v: Vec<i64> = self.inputs.iter().map(value).collect();
+    /// The bits of all nets that are compared.
+    pub fn compared(&self) -> impl Iterator<Item = Slice> {
+        self.fields.iter().flat_map(|f| f.bits.iter().copied())
+    }
+
+    /// The algorithm for all lanes of a block at once, if there is one.
+    pub(super) fn model_of(&self, lanes: usize) -> Option<Model> {
+        let width = |what: What| self.fields.iter().find(|f| f.what == what).map(|f| f.width);
+        let first_quadrant = !self.signed;
+        first_quadrant.then(|| Model::new(self.method, self.options, self.bits, width, lanes)).flatten()
+    }
+
+    /// What the algorithm is given for a row; none if that is not known.
+    pub(super) fn values(&self, row: u64, plan: &Plan) -> Option<[i64; OPERANDS]> {
+        let mut v = [0; OPERANDS];
+        for (v, operand) in v.iter_mut().zip(&self.inputs) {
+            *v = match *operand {
+                Operand::Fixed(value) => value,
+                Operand::Swept(axis, width, signed) => {
+                    let word = plan.value(axis, row);
+                    if word.u != 0 {
+                        return None;
+                    }
+                    number(word.v, width, signed)
+                }
+            };
+        }
+        Some(v)
+    }
+
+    /// The algorithm for what it is given.
+    pub(super) fn draw(&self, v: &[i64]) -> Result<Box<dyn Interpolator>, InputError> {
         let Against { method, options, bits, clockwise, .. } = *self;
         match (method.shape(), self.signed) {
             (Shape::Line, false) => line(method, LineInput { xh: v[0], yh: v[1], dx: v[2], dy: v[3], bits }, &options),
@@ -260,7 +271,7 @@ impl Against {
     }
 
     /// What stands where in the words of a lane: the registers, and the pulses of the clock that comes next.
-    fn packings(&self) -> Vec<Packing> {
+    pub(super) fn packings(&self) -> Vec<Packing> {
         let mut packings = vec![Packing::default(); self.words];
         for field in &self.fields {
             let (p, place) = (&mut packings[field.word], (mask(field.width), field.shift));
@@ -275,6 +286,11 @@ impl Against {
         packings
     }
 }
+
+/// The most that an algorithm is given.
+pub(super) const OPERANDS: usize = 8;
+/// The most words of what a lane is to show.
+pub(super) const WORDS: usize = 8;
 
 /// A number of so many bits.
 fn number(value: u64, width: u32, signed: bool) -> i64 {
@@ -298,267 +314,4 @@ fn operand(netlist: &Netlist, scenario: &Scenario, swept: &[NetId], name: &str) 
     let value = scenario.inputs.iter().find(|i| i.0 == net).and_then(|i| i.1.to_u64());
     let value = value.ok_or_else(|| format!("`{name}` has no known value"))?;
     Ok(Operand::Fixed(number(value, signal.width, signal.signed)))
-}
-
-/// Clocks that an algorithm runs ahead of its lane.
-const AHEAD: usize = 16;
-/// The most words of what a lane is to show.
-const WORDS: usize = 8;
-
-/// One lane's algorithm.
-struct Course {
-    algorithm: Box<dyn Interpolator>,
-    /// Its registers after the clocks that it has run ahead, and whether there are no more.
-    registers: Clock,
-    over: bool,
-    /// Clocks of the lane.
-    clocks: u64,
-}
-
-/// Compares the lanes of one block.
-pub(super) struct Judge<'a> {
-    against: &'a Against,
-    packings: Vec<Packing>,
-    courses: Vec<Option<Course>>,
-    verdicts: Vec<Option<Verdict>>,
-    /// The lanes whose drawing has begun.
-    begun: LaneSet,
-    /// The lanes that are still the same.
-    same: LaneSet,
-    /// What the lanes are to show for some clocks ahead: for each 64 lanes, each clock and each word of it.
-    ahead: Vec<[u64; 64]>,
-    /// At which of these clocks each 64 lanes are.
-    at: Vec<usize>,
-    /// What they are to show now as planes, by word and bit.
-    planes: Vec<LaneSet>,
-    zeros: LaneSet,
-    differ: LaneSet,
-}
-
-impl<'a> Judge<'a> {
-    pub fn new(against: &'a Against, lanes: usize) -> Judge<'a> {
-        let set = || vec![0u64; lanes / 64];
-        Judge {
-            against,
-            packings: against.packings(),
-            courses: (0..lanes).map(|_| None).collect(),
-            verdicts: vec![None; lanes],
-            begun: set(),
-            same: set(),
-            ahead: vec![[0; 64]; lanes / 64 * AHEAD * against.words],
-            at: vec![0; lanes / 64],
-            planes: vec![set(); against.words * 64],
-            zeros: set(),
-            differ: set(),
-        }
-    }
-
-    /// A lane begins a row.
-    pub fn begin(&mut self, lane: usize, row: u64, plan: &Plan) {
-        let (word, bit) = (lane / 64, 1u64 << (lane % 64));
-        self.begun[word] &= !bit;
-        (self.courses[lane], self.verdicts[lane]) = (None, None);
-        if plan.values(row).any(|value| value.u != 0) {
-            self.verdicts[lane] = Some(Verdict::Refused("a value is not known".into()));
-            self.same[word] &= !bit;
-            return;
-        }
-        match self.against.draw(row, plan) {
-            Ok(algorithm) => {
-                let registers = algorithm.state();
-                self.courses[lane] = Some(Course { algorithm, registers, over: false, clocks: 0 });
-                self.same[word] |= bit;
-            }
-            Err(refused) => {
-                self.verdicts[lane] = Some(Verdict::Refused(refused.to_string()));
-                self.same[word] &= !bit;
-            }
-        }
-    }
-
-    /// Compares some lanes after an instant in which `dt` rose (`Some(true)`), fell, or did neither. With `all` they are
-    /// all that run; else the others rest.
-    pub fn look(&mut self, engine: &BatchEngine, set: &[u64], all: bool, edge: Option<bool>) {
-        let mut rests = false;
-        for (word, &lanes) in set.iter().enumerate() {
-            let compared = lanes & self.same[word];
-            let fresh = compared & !self.begun[word];
-            if fresh != 0 {
-                rests = true;
-                self.begun[word] |= fresh;
-                self.run_ahead(word, fresh, self.at[word], AHEAD);
-            }
-            let old = compared & !fresh;
-            if edge == Some(false) && old != 0 {
-                if all {
-                    self.at[word] += 1;
-                    if self.at[word] == AHEAD {
-                        self.at[word] = 0;
-                        self.run_ahead(word, old, 0, AHEAD);
-                    }
-                    each(old, |lane| {
-                        if let Some(course) = &mut self.courses[word * 64 + lane] {
-                            course.clocks += 1;
-                        }
-                    });
-                } else {
-                    self.step_alone(word, old);
-                }
-            }
-            if fresh != 0 || edge == Some(false) && old != 0 {
-                self.turn(word);
-            }
-        }
-        if edge.is_none() && !rests {
-            return;
-        }
-        let pulses = edge == Some(true);
-        self.differ.fill(0);
-        for field in &self.against.fields {
-            let step = matches!(field.what, What::Step(_));
-            let mut at = field.word * 64 + field.shift as usize;
-            for slice in &field.bits {
-                for i in 0..slice.width {
-                    let bit = Slice { lo: slice.lo + i, width: 1, ..*slice };
-                    let expected = if step && !pulses { &self.zeros } else { &self.planes[at] };
-                    engine.differ(bit, expected, &mut self.differ);
-                    at += 1;
-                }
-            }
-        }
-        for (word, &lanes) in set.iter().enumerate() {
-            let differ = self.differ[word] & lanes & self.same[word];
-            if differ != 0 {
-                self.same[word] &= !differ;
-                each(differ, |lane| self.blame(engine, word * 64 + lane, pulses));
-            }
-        }
-    }
-
-    /// The place of a clock and a word in `ahead`.
-    fn place(&self, group: usize, clock: usize, word: usize) -> usize {
-        (group * AHEAD + clock) * self.against.words + word
-    }
-
-    /// Lets the algorithms of some of 64 lanes fill their clocks ahead, of these numbers.
-    fn run_ahead(&mut self, group: usize, set: u64, from: usize, to: usize) {
-        let words = self.against.words;
-        let mut buffer = [0u64; AHEAD * WORDS];
-        let buffer = &mut buffer[..(to - from) * words];
-        each(set, |lane| {
-            let Some(course) = &mut self.courses[group * 64 + lane] else { return };
-            course.algorithm.ahead(&mut course.registers, &mut course.over, &self.packings, buffer);
-            let first = (group * AHEAD + from) * words;
-            for (to, value) in self.ahead[first..].iter_mut().zip(&*buffer) {
-                to[lane] = *value;
-            }
-        });
-    }
-
-    /// A clock of some of 64 lanes while the others rest.
-    fn step_alone(&mut self, group: usize, set: u64) {
-        let words = self.against.words;
-        for clock in self.at[group] + 1..AHEAD {
-            for word in 0..words {
-                let (from, to) = (self.place(group, clock, word), self.place(group, clock - 1, word));
-                each(set, |lane| self.ahead[to][lane] = self.ahead[from][lane]);
-            }
-        }
-        self.run_ahead(group, set, AHEAD - 1, AHEAD);
-        each(set, |lane| {
-            if let Some(course) = &mut self.courses[group * 64 + lane] {
-                course.clocks += 1;
-            }
-        });
-    }
-
-    /// Puts what 64 lanes are to show now into the planes.
-    fn turn(&mut self, group: usize) {
-        for word in 0..self.against.words {
-            let mut square = self.ahead[self.place(group, self.at[group], word)];
-            transpose(&mut square);
-            for (plane, bits) in self.planes[word * 64..].iter_mut().zip(square) {
-                plane[group] = bits;
-            }
-        }
-    }
-
-    /// Says what differs first in a lane.
-    fn blame(&mut self, engine: &BatchEngine, lane: usize, pulses: bool) {
-        let Some(course) = &self.courses[lane] else { return };
-        for field in &self.against.fields {
-            let step = matches!(field.what, What::Step(_));
-            let all = self.ahead[self.place(lane / 64, self.at[lane / 64], field.word)][lane % 64];
-            let expected = if step && !pulses { 0 } else { all >> field.shift & mask(field.width) };
-            if engine.number(&field.bits, lane) == Some(expected) {
-                continue;
-            }
-            let found: Value = engine.value(&field.bits, lane);
-            let found = found.to_u64().map_or_else(|| found.to_string(), |n| n.to_string());
-            let level = u8::from(pulses);
-            let why = format!("{} shows {found}, expected {expected}, while dt = {level}", field.name);
-            self.verdicts[lane] = Some(Verdict::Differs(course.clocks + u64::from(pulses), why));
-            return;
-        }
-    }
-
-    /// What there is to say of a lane that has come to its end.
-    pub fn verdict(&mut self, lane: usize) -> Verdict {
-        self.courses[lane] = None;
-        self.verdicts[lane].take().unwrap_or(Verdict::Same)
-    }
-
-    /// The same of one that has not settled.
-    pub fn unsettled(&mut self, lane: usize) -> Verdict {
-        let clocks = self.courses[lane].as_ref().map_or(0, |c| c.clocks);
-        self.courses[lane] = None;
-        self.verdicts[lane].take().unwrap_or(Verdict::Differs(clocks, "the circuit never settles".into()))
-    }
-}
-
-/// Each of the 64 lanes in a set.
-#[inline(always)]
-fn each(mut set: u64, mut f: impl FnMut(usize)) {
-    while set != 0 {
-        f(set.trailing_zeros() as usize);
-        set &= set - 1;
-    }
-}
-
-/// Bit `i` of word `k` becomes bit `k` of word `i`.
-fn transpose(a: &mut [u64; 64]) {
-    let mut width = 32;
-    let mut mask = 0x0000_0000_ffff_ffff_u64;
-    while width != 0 {
-        let mut k = 0;
-        while k < 64 {
-            let t = (a[k] >> width ^ a[k + width]) & mask;
-            a[k] ^= t << width;
-            a[k + width] ^= t;
-            k = (k + width + 1) & !width;
-        }
-        width >>= 1;
-        mask ^= mask << width;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_square_of_bits_is_turned() {
-        let mut state = 1u64;
-        let original: [u64; 64] = std::array::from_fn(|_| {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            state ^ state >> 29
-        });
-        let mut turned = original;
-        transpose(&mut turned);
-        for (i, row) in turned.iter().enumerate() {
-            for (k, old) in original.iter().enumerate() {
-                assert_eq!(row >> k & 1, old >> i & 1);
-            }
-        }
-    }
 }

@@ -1,47 +1,49 @@
-//! One worker: a block of lanes, each of which takes the next row when it is done with its own.
-//!
-//! Lanes run in step, each with a clock of its own that began when it did. Lanes that begin run by themselves, while the
-//! others rest, until their clocks stand as those of the others do: a wave leaves alone what has no reason to change.
+//! Blocks of lanes that run in step, each lane with a clock of its own that began when it did.
 
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use super::against::Judge;
-use super::run::{Ended, Row, Shown, Source, Statistics, Sweep};
+use super::judge::{Judge, NEVER};
+use super::run::{Ended, Row, Shown, Source, Sweep, Verdict};
 use super::time::Clocks;
+use super::worker::Work;
 use crate::Value;
 use crate::engine::EventEngine;
-use crate::engine::batch::{BatchEngine, LaneSet, Program};
+use crate::engine::batch::{BatchEngine, LaneSet, Passage, Program};
 use crate::netlist::{NetId, SignalId};
 
 /// New rows begin when this part of the lanes is free.
-const FREE: usize = 8;
-/// Rows that are handed on together.
-const TOGETHER: usize = 256;
+pub(super) const FREE: usize = 8;
 
 /// Lanes that began together.
-struct Cohort {
+pub(super) struct Cohort {
     /// What is to be taken from the block's time to have theirs.
-    offset: u64,
-    lanes: LaneSet,
+    pub offset: u64,
+    pub lanes: LaneSet,
 }
 
-pub(super) struct Worker<'a> {
-    sweep: &'a Sweep<'a>,
-    engine: BatchEngine,
-    clocks: Clocks,
-    judge: Option<Judge<'a>>,
+/// Lanes that run in step, and what they do.
+pub(super) struct Block<'a> {
+    pub engine: BatchEngine,
+    pub judge: Option<Judge<'a>>,
     /// The row of each lane.
-    rows: Vec<u64>,
+    pub rows: Vec<u64>,
     /// The lanes that run.
-    running: LaneSet,
-    /// Rows to begin with.
-    waiting: Range<u64>,
-    done: Vec<Row>,
-    /// For lanes that do not settle.
-    events: Option<EventEngine>,
-    statistics: Statistics,
+    pub running: LaneSet,
+    /// The block's time, and its clocks.
+    pub now: u64,
+    pub clocks: Clocks,
+    pub cohorts: Vec<Cohort>,
+    scratch: LaneSet,
+}
+
+/// Lanes that have begun and wait for places.
+pub(super) struct Ready {
+    pub lanes: Range<usize>,
+    /// Their time and their clocks.
+    time: u64,
+    clocks: Clocks,
 }
 
 fn lanes(set: &[u64]) -> impl Iterator<Item = usize> {
@@ -57,128 +59,89 @@ fn lanes(set: &[u64]) -> impl Iterator<Item = usize> {
     })
 }
 
-fn any(set: &[u64]) -> bool {
+pub(super) fn any(set: &[u64]) -> bool {
     set.iter().any(|&word| word != 0)
 }
 
-impl<'a> Worker<'a> {
-    pub fn new(sweep: &'a Sweep<'a>, program: Arc<Program>, lanes: usize) -> Worker<'a> {
-        let scenario = sweep.scenario;
-        let own = program.clock_cells().to_vec();
-        let driven = scenario.clocks.iter().map(|c| (c.net, c.clock));
-        let clocks = Clocks::new(driven.chain(own));
-        let mut engine = BatchEngine::new(program, lanes);
+impl<'a> Block<'a> {
+    pub fn new(work: &Work<'a>, program: &Arc<Program>, lanes: usize) -> Block<'a> {
+        let mut engine = BatchEngine::new(program.clone(), lanes);
         let all = vec![u64::MAX; engine.lane_words()];
         engine.stop(&all);
-        let judge = sweep.against.as_ref().map(|against| Judge::new(against, engine.lanes()));
-        Worker {
-            sweep,
+        Block {
             rows: vec![0; engine.lanes()],
             running: vec![0; engine.lane_words()],
+            scratch: vec![0; engine.lane_words()],
             engine,
-            clocks,
-            judge,
-            waiting: 0..0,
-            done: Vec::new(),
-            events: None,
-            statistics: Statistics::default(),
+            judge: None,
+            now: 0,
+            clocks: work.clocks.clone(),
+            cohorts: Vec::new(),
         }
     }
 
-    /// Runs rows until there are none, or it is asked to stop, or nobody takes them.
-    pub fn run(mut self, source: &Source<'_>, done: &mut dyn FnMut(Vec<Row>) -> bool) -> Statistics {
-        let lanes = self.rows.len();
-        // what all lanes have in common: the block's time, and its clocks
-        let (mut now, mut clocks) = (0, self.clocks.clone());
-        let mut cohorts: Vec<Cohort> = Vec::new();
-        loop {
-            let free = lanes - self.running.iter().map(|w| w.count_ones() as usize).sum::<usize>();
-            if free == lanes {
-                cohorts.clear();
-            }
-            if free >= lanes.div_ceil(FREE) && (free == lanes || clocks.next().is_some()) {
-                let fresh = self.fill(source, free == lanes);
-                if any(&fresh) {
-                    let with = (free < lanes).then_some((&clocks, now));
-                    let begun = self.begin(&fresh, with, source);
-                    // some may have ended already, and be free for others
-                    let left = fresh.iter().zip(&self.running).map(|(a, b)| a & b).collect();
-                    match begun {
-                        Some((time, their)) if with.is_none() => {
-                            (now, clocks) = (time, their);
-                            cohorts.push(Cohort { offset: 0, lanes: left });
-                        }
-                        Some((time, _)) => cohorts.push(Cohort { offset: now.wrapping_sub(time), lanes: left }),
-                        None => {}
-                    }
-                } else if free == lanes {
-                    break;
-                }
-            }
-            if self.done.len() >= TOGETHER && !done(std::mem::take(&mut self.done)) {
-                return self.statistics;
-            }
-            if source.stop.load(Ordering::Relaxed) {
-                break;
-            }
-            if any(&self.running) {
-                self.instant(&mut now, &mut clocks, &mut cohorts);
-            }
-        }
-        if !self.done.is_empty() {
-            done(std::mem::take(&mut self.done));
-        }
-        self.statistics.evaluated = self.engine.evaluated() * lanes as u64;
-        self.statistics
+    pub fn free(&self) -> usize {
+        self.rows.len() - self.running.iter().map(|w| w.count_ones() as usize).sum::<usize>()
     }
 
     /// Gives rows to free lanes; the lanes that got one.
-    fn fill(&mut self, source: &Source<'_>, wait: bool) -> LaneSet {
+    pub fn fill(&mut self, work: &mut Work<'_>, source: &Source<'_>, wait: bool) -> LaneSet {
         let mut fresh = vec![0; self.running.len()];
         let free: Vec<u64> = self.running.iter().map(|w| !w).collect();
         let mut wait = wait;
         for lane in lanes(&free) {
-            if self.waiting.is_empty() {
+            if work.waiting.is_empty() {
                 match source.take(wait) {
-                    Some(span) => self.waiting = span,
+                    Some(span) => work.waiting = span,
                     None => break,
                 }
                 wait = false;
             }
-            self.rows[lane] = self.waiting.start;
-            self.waiting.start += 1;
+            self.rows[lane] = work.waiting.start;
+            work.waiting.start += 1;
             fresh[lane / 64] |= 1 << (lane % 64);
         }
         fresh
     }
 
-    /// Begins lanes: their own ticks from 0 on, until the stimulus is over and their clocks stand as `with` do at their
-    /// tick. Returns the tick and the clocks then, unless all have ended.
-    fn begin(&mut self, fresh: &LaneSet, with: Option<(&Clocks, u64)>, source: &Source<'_>) -> Option<(u64, Clocks)> {
-        let scenario = self.sweep.scenario;
-        let one = |set: bool| Value::from_u64(u64::from(set), 1);
+    /// Puts lanes to the start of their rows.
+    fn restart(&mut self, work: &Work<'_>, fresh: &LaneSet) {
         self.engine.restart(fresh);
         for (running, fresh) in self.running.iter_mut().zip(fresh) {
             *running |= fresh;
         }
-        let mut clocks = self.clocks.clone();
-        for (net, level) in clocks.levels() {
+        let one = |set: bool| Value::from_u64(u64::from(set), 1);
+        for (net, level) in work.clocks.levels() {
             self.engine.drive(net, &one(level), fresh);
         }
-        for (net, value) in &scenario.inputs {
-            match self.sweep.nets.iter().position(|swept| swept == net) {
-                Some(axis) => self.drive_swept(*net, axis, fresh),
+        for (net, value) in &work.sweep.scenario.inputs {
+            match work.sweep.nets.iter().position(|swept| swept == net) {
+                Some(axis) => self.drive_swept(work, *net, axis, fresh),
                 None => self.engine.drive(*net, value, fresh),
             }
         }
+    }
+
+    /// Begins lanes: their own ticks from 0 on, until the stimulus is over and their clocks stand as `with` do at their
+    /// tick. Returns the tick and the clocks then, unless all have ended.
+    pub fn begin(
+        &mut self,
+        work: &mut Work<'_>,
+        fresh: &LaneSet,
+        with: Option<&(Clocks, u64)>,
+        source: &Source<'_>,
+    ) -> Option<(u64, Clocks)> {
+        let scenario = work.sweep.scenario;
+        self.restart(work, fresh);
         if let Some(judge) = &mut self.judge {
             for lane in lanes(fresh) {
-                judge.begin(lane, self.rows[lane], &self.sweep.plan);
+                judge.begin(lane, self.rows[lane], &work.sweep.plan);
             }
         }
+        let mut clocks = work.clocks.clone();
         let mut stimulus = scenario.stimulus.iter().peekable();
         let mut now = 0;
-        self.settle(fresh);
+        self.settle(work, fresh);
         let mut edge = None;
         loop {
             let mut stimulated = false;
@@ -189,7 +152,7 @@ impl<'a> Worker<'a> {
                 stimulated = true;
             }
             if stimulated {
-                self.settle(fresh);
+                self.settle(work, fresh);
             }
             let over = stimulus.peek().is_none();
             if let Some(judge) = &mut self.judge
@@ -198,7 +161,7 @@ impl<'a> Worker<'a> {
                 let set: LaneSet = fresh.iter().zip(&self.running).map(|(a, b)| a & b).collect();
                 judge.look(&self.engine, &set, with.is_none(), edge.take());
             }
-            self.end(fresh, now, &clocks, over);
+            self.end(work, fresh, now, &clocks, over);
             if !fresh.iter().zip(&self.running).any(|(a, b)| a & b != 0) || source.stop.load(Ordering::Relaxed) {
                 return None;
             }
@@ -206,7 +169,7 @@ impl<'a> Worker<'a> {
                 match with {
                     None => return Some((now, clocks)),
                     Some((other, then)) => {
-                        if let Some(at) = clocks.meets(now, other, then).filter(|&at| at < scenario.limit) {
+                        if let Some(at) = clocks.meets(now, other, *then).filter(|&at| at < scenario.limit) {
                             return Some((at, clocks));
                         }
                     }
@@ -216,51 +179,162 @@ impl<'a> Worker<'a> {
             let next = clocks.next().unwrap_or(u64::MAX);
             now = due.min(next).min(scenario.limit);
             if next == now {
-                edge = self.fire(&mut clocks, now, fresh);
+                edge = self.fire(work, &mut clocks, now, fresh);
             }
         }
+    }
+
+    /// Begins lanes up to the instant at which the stimulus is over, and leaves it to who takes them in to compare them
+    /// and to look for ends then. None if all have ended before.
+    pub fn prepare(&mut self, work: &mut Work<'_>, fresh: &LaneSet, source: &Source<'_>) -> Option<Ready> {
+        let scenario = work.sweep.scenario;
+        self.restart(work, fresh);
+        let mut clocks = work.clocks.clone();
+        let mut stimulus = scenario.stimulus.iter().peekable();
+        let mut now = 0;
+        self.settle(work, fresh);
+        loop {
+            let mut stimulated = false;
+            while let Some(event) = stimulus.next_if(|e| e.time <= now) {
+                for (net, value) in &event.sets {
+                    self.engine.drive(*net, value, fresh);
+                }
+                stimulated = true;
+            }
+            if stimulated {
+                self.settle(work, fresh);
+            }
+            let Some(due) = stimulus.peek().map(|e| e.time) else { break };
+            self.end(work, fresh, now, &clocks, false);
+            if !any(&self.running) || source.stop.load(Ordering::Relaxed) {
+                return None;
+            }
+            let next = clocks.next().unwrap_or(u64::MAX);
+            now = due.min(next).min(scenario.limit);
+            if next == now {
+                self.fire(work, &mut clocks, now, fresh);
+            }
+        }
+        self.lose(work, fresh);
+        let count = fresh.iter().map(|w| w.count_ones() as usize).sum();
+        Some(Ready { lanes: 0..count, time: now, clocks })
+    }
+
+    /// Runs lanes that cannot go to another block where they are, to their end.
+    pub fn finish(&mut self, work: &mut Work<'a>, ready: Ready, source: &Source<'_>) {
+        (self.now, self.clocks) = (ready.time, ready.clocks);
+        let running = self.running.clone();
+        if self.judge.is_none() {
+            self.judge = work.judge(&self.engine, true);
+        }
+        self.compare_first(work, &running);
+        self.cohorts = vec![Cohort { offset: 0, lanes: running.clone() }];
+        self.end(work, &running, self.now, &self.clocks.clone(), true);
+        while any(&self.running) && !source.stop.load(Ordering::Relaxed) {
+            self.instant(work);
+        }
+    }
+
+    /// Begins the comparison of some lanes.
+    fn compare_first(&mut self, work: &Work<'_>, fresh: &LaneSet) {
+        if let Some(judge) = &mut self.judge {
+            for lane in lanes(fresh) {
+                judge.begin(lane, self.rows[lane], &work.sweep.plan);
+            }
+            judge.look(&self.engine, fresh, true, None);
+        }
+    }
+
+    /// Takes in lanes that are ready, if enough are free and the clocks are in step; whether it has.
+    pub fn take_in(&mut self, work: &mut Work<'_>, from: &Block<'_>, ready: &mut Ready) -> bool {
+        let free = self.free();
+        let empty = free == self.rows.len();
+        let offset = match empty {
+            true => 0,
+            false if free < self.rows.len().div_ceil(FREE) => return false,
+            false => match ready.clocks.meets(ready.time, &self.clocks, self.now) {
+                Some(at) if at < work.sweep.scenario.limit => self.now.wrapping_sub(at),
+                _ => return false,
+            },
+        };
+        let places: LaneSet = self.running.iter().map(|w| !w).collect();
+        let passage = Passage::new(ready.lanes.start, ready.lanes.len(), &places);
+        if !self.engine.adopt(&from.engine, &passage) {
+            return false;
+        }
+        ready.lanes.start += passage.lanes();
+        if empty {
+            (self.now, self.clocks) = (ready.time, ready.clocks.clone());
+            self.cohorts.clear();
+        }
+        for (lane, to) in passage.pairs() {
+            self.rows[to] = from.rows[lane];
+        }
+        // those that have ended before are free again
+        let mut fresh: LaneSet = vec![0; places.len()];
+        let mut ended = fresh.clone();
+        let runs = |word: usize| from.running.get(word).copied().unwrap_or(0);
+        passage.carry(runs, |word, mask, bits| (fresh[word], ended[word]) = (bits, mask & !bits));
+        self.engine.stop(&ended);
+        self.running.iter_mut().zip(&fresh).for_each(|(running, fresh)| *running |= fresh);
+        self.compare_first(work, &fresh);
+        let clocks = ready.clocks.clone();
+        self.end(work, &fresh, ready.time, &clocks, true);
+        fresh.iter_mut().zip(&self.running).for_each(|(fresh, running)| *fresh &= running);
+        self.cohorts.push(Cohort { offset, lanes: fresh });
+        true
     }
 
     /// The next instant of all lanes that run.
-    fn instant(&mut self, now: &mut u64, clocks: &mut Clocks, cohorts: &mut Vec<Cohort>) {
-        let limit = self.sweep.scenario.limit;
-        let ends = cohorts.iter().map(|c| c.offset.wrapping_add(limit)).min_by_key(|end| end.wrapping_sub(*now));
-        let next = clocks.next().unwrap_or(u64::MAX);
+    pub fn instant(&mut self, work: &mut Work<'_>) {
+        let limit = work.sweep.scenario.limit;
+        let ends = self.cohorts.iter().map(|c| c.offset.wrapping_add(limit).wrapping_sub(self.now)).min();
+        let next = self.clocks.next().unwrap_or(u64::MAX);
         // offsets may be below 0, and limits beyond what a tick holds: only what is ahead counts
-        let left = ends.map_or(u64::MAX, |end| end.wrapping_sub(*now)).min(next - *now);
-        *now += left;
+        let left = ends.unwrap_or(u64::MAX).min(next - self.now);
+        self.now += left;
         let mut edge = None;
-        let all = vec![u64::MAX; self.running.len()];
-        if next == *now {
-            edge = self.fire(clocks, *now, &all);
+        if next == self.now {
+            self.scratch.fill(u64::MAX);
+            let all = std::mem::take(&mut self.scratch);
+            let mut clocks = self.clocks.clone();
+            edge = self.fire(work, &mut clocks, self.now, &all);
+            (self.clocks, self.scratch) = (clocks, all);
         }
-        let running = self.running.clone();
         if let Some(judge) = &mut self.judge {
-            judge.look(&self.engine, &running, true, edge);
+            judge.look(&self.engine, &self.running, true, edge);
         }
-        for cohort in &*cohorts {
-            self.end(&cohort.lanes, now.wrapping_sub(cohort.offset), clocks, true);
-        }
-        if !running.iter().eq(&self.running) {
-            for cohort in &mut *cohorts {
-                cohort.lanes.iter_mut().zip(&self.running).for_each(|(lanes, running)| *lanes &= running);
+        if ends != Some(left) && self.clocks.next().is_some() && !self.engine.any_unsettled() {
+            let Some((signal, value)) = &work.sweep.scenario.until else { return };
+            self.scratch.copy_from_slice(&self.running);
+            self.engine.retain_equal(work.sweep.netlist.bits(*signal), value, &mut self.scratch);
+            if !any(&self.scratch) {
+                return;
             }
-            cohorts.retain(|c| any(&c.lanes));
         }
+        let mut cohorts = std::mem::take(&mut self.cohorts);
+        let clocks = self.clocks.clone();
+        for cohort in &cohorts {
+            self.end(work, &cohort.lanes, self.now.wrapping_sub(cohort.offset), &clocks, true);
+        }
+        for cohort in &mut cohorts {
+            cohort.lanes.iter_mut().zip(&self.running).for_each(|(lanes, running)| *lanes &= running);
+        }
+        cohorts.retain(|c| any(&c.lanes));
+        self.cohorts = cohorts;
     }
 
-    fn drive_swept(&mut self, net: NetId, axis: usize, fresh: &LaneSet) {
-        let (plan, rows) = (&self.sweep.plan, &self.rows);
+    fn drive_swept(&mut self, work: &Work<'_>, net: NetId, axis: usize, fresh: &LaneSet) {
+        let (plan, rows) = (&work.sweep.plan, &self.rows);
         self.engine.drive_each(net, |lane| {
             let begins = fresh[lane / 64] >> (lane % 64) & 1 == 1;
-            let index = begins.then(|| plan.indices(rows[lane]).nth(axis)).flatten()?;
-            Some(plan.axes[axis].value(index))
+            begins.then(|| plan.value(axis, rows[lane]))
         });
     }
 
     /// Makes the clock edges of a tick in some lanes, and settles. What the clock of the comparison did.
-    fn fire(&mut self, clocks: &mut Clocks, now: u64, set: &LaneSet) -> Option<bool> {
-        let compared = self.sweep.against.as_ref().map(|a| a.clock);
+    fn fire(&mut self, work: &mut Work<'_>, clocks: &mut Clocks, now: u64, set: &LaneSet) -> Option<bool> {
+        let compared = work.sweep.against.as_ref().map(|a| a.clock);
         let mut edge = None;
         let engine = &mut self.engine;
         clocks.fire(now, |net, level| {
@@ -269,33 +343,28 @@ impl<'a> Worker<'a> {
                 edge = Some(level);
             }
         });
-        self.settle(set);
+        self.settle(work, set);
         edge
     }
 
-    fn settle(&mut self, set: &LaneSet) {
+    fn settle(&mut self, work: &mut Work<'_>, set: &LaneSet) {
         self.engine.settle();
         let lanes = set.iter().zip(&self.running).map(|(a, b)| u64::from((a & b).count_ones())).sum::<u64>();
-        self.statistics.instants += lanes;
+        work.statistics.instants += lanes;
     }
 
     /// Ends the lanes of a set that have come to their end at their tick `now`.
-    fn end(&mut self, set: &LaneSet, now: u64, clocks: &Clocks, over: bool) {
-        let scenario = self.sweep.scenario;
-        let unsettled = self.engine.unsettled();
-        let mut lost: LaneSet = unsettled.iter().zip(&self.running).zip(set).map(|((u, r), s)| u & r & s).collect();
-        if any(&lost) {
-            self.alone(&lost);
-            self.retire(&lost);
-        }
+    fn end(&mut self, work: &mut Work<'_>, set: &LaneSet, now: u64, clocks: &Clocks, over: bool) {
+        let scenario = work.sweep.scenario;
+        self.lose(work, set);
         let mut ended: LaneSet = set.iter().zip(&self.running).map(|(s, r)| s & r).collect();
         if let Some((signal, value)) = &scenario.until {
-            lost.copy_from_slice(&ended);
-            self.engine.retain_equal(self.sweep.netlist.bits(*signal), value, &mut lost);
-            if any(&lost) {
-                self.report(&lost, Ended::Until, now);
-                self.retire(&lost);
-                ended.iter_mut().zip(&lost).for_each(|(ended, lost)| *ended &= !lost);
+            let mut hit = ended.clone();
+            self.engine.retain_equal(work.sweep.netlist.bits(*signal), value, &mut hit);
+            if any(&hit) {
+                self.report(work, &hit, Ended::Until, now);
+                self.retire(&hit);
+                ended.iter_mut().zip(&hit).for_each(|(ended, hit)| *ended &= !hit);
             }
         }
         let why = if now >= scenario.limit {
@@ -309,8 +378,20 @@ impl<'a> Worker<'a> {
         if let Some((why, at)) = why
             && any(&ended)
         {
-            self.report(&ended, why, at);
+            self.report(work, &ended, why, at);
             self.retire(&ended);
+        }
+    }
+
+    /// Leaves the lanes of a set that have not settled to the event engine.
+    fn lose(&mut self, work: &mut Work<'_>, set: &LaneSet) {
+        if self.engine.any_unsettled() {
+            let unsettled = self.engine.unsettled();
+            let lost: LaneSet = unsettled.iter().zip(&self.running).zip(set).map(|((u, r), s)| u & r & s).collect();
+            if any(&lost) {
+                self.alone(work, &lost);
+                self.retire(&lost);
+            }
         }
     }
 
@@ -320,8 +401,8 @@ impl<'a> Worker<'a> {
     }
 
     /// Rows for lanes as they stand.
-    fn report(&mut self, set: &LaneSet, ended: Ended, time: u64) {
-        let Sweep { netlist, outputs, .. } = self.sweep;
+    fn report(&mut self, work: &mut Work<'_>, set: &LaneSet, ended: Ended, time: u64) {
+        let Sweep { netlist, outputs, .. } = work.sweep;
         for lane in lanes(set) {
             let shown = |signal: &SignalId| {
                 let bits = netlist.bits(*signal);
@@ -329,20 +410,27 @@ impl<'a> Worker<'a> {
                 number.map_or_else(|| Shown::Value(self.engine.value(bits, lane)), Shown::Number)
             };
             let outputs = outputs.iter().map(shown).collect();
-            let verdict = self.judge.as_mut().map(|judge| judge.verdict(lane));
-            self.done.push(Row { number: self.rows[lane], ended, time, outputs, verdict });
+            let verdict = match &mut self.judge {
+                Some(judge) => Some(judge.verdict(lane)),
+                // it has ended before there was anything to compare
+                None => work.sweep.against.as_ref().map(|_| Verdict::Same),
+            };
+            work.done.push(Row { number: self.rows[lane], ended, time, outputs, verdict });
         }
     }
 
     /// Runs the rows of lanes that did not settle on the event engine, which tells when that was.
-    fn alone(&mut self, set: &LaneSet) {
-        let engine = self.events.get_or_insert_with(|| EventEngine::new(self.sweep.netlist));
+    fn alone(&mut self, work: &mut Work<'_>, set: &LaneSet) {
+        let engine = work.events.get_or_insert_with(|| EventEngine::new(work.sweep.netlist));
         for lane in lanes(set) {
             let never = std::sync::atomic::AtomicBool::new(false);
-            self.statistics.events += 1;
-            if let Some(mut row) = self.sweep.alone(engine, self.rows[lane], &never) {
-                row.verdict = self.judge.as_mut().map(|judge| judge.unsettled(lane));
-                self.done.push(row);
+            work.statistics.events += 1;
+            if let Some(mut row) = work.sweep.alone(engine, self.rows[lane], &never) {
+                row.verdict = match &mut self.judge {
+                    Some(judge) => Some(judge.unsettled(lane)),
+                    None => work.sweep.against.as_ref().map(|_| Verdict::Differs(0, NEVER.into())),
+                };
+                work.done.push(row);
             }
         }
     }

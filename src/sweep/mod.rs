@@ -6,11 +6,15 @@
 //! scenarios, engines and algorithms; files are the caller's.
 
 pub mod against;
+mod ahead;
+mod judge;
 mod lanes;
+mod model;
 pub mod plan;
 pub mod run;
 pub mod table;
 mod time;
+mod worker;
 
 pub use against::{Against, AgainstError};
 pub use plan::{Over, Plan, PlanError, Shard};

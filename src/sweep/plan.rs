@@ -290,9 +290,17 @@ impl Plan {
         indices.into_iter()
     }
 
+    /// The value of one input in a row.
+    #[must_use]
+    pub fn value(&self, axis: usize, row: u64) -> Word {
+        let number = self.sample.as_ref().map_or(row, |s| s[row as usize]);
+        let rest = self.axes[axis + 1..].iter().fold(number, |rest, axis| rest / axis.count());
+        self.axes[axis].value(rest % self.axes[axis].count())
+    }
+
     /// The value of each input in a row.
     pub fn values(&self, row: u64) -> impl Iterator<Item = Word> {
-        self.axes.iter().zip(self.indices(row)).map(|(axis, index)| axis.value(index))
+        (0..self.axes.len()).map(move |axis| self.value(axis, row))
     }
 }
 

@@ -7,12 +7,12 @@ use std::sync::{Arc, Condvar, Mutex, mpsc};
 use std::{error, fmt, io, thread};
 
 use super::against::Against;
-use super::lanes::Worker;
 use super::plan::Plan;
+use super::worker::Worker;
 use crate::Value;
 use crate::engine::batch::Program;
 use crate::engine::{EventEngine, Unsettled};
-use crate::netlist::{CellId, NetId, Netlist, SignalId};
+use crate::netlist::{CellId, NetId, Netlist, SignalId, Slice};
 use crate::scenario::{Control, RunError, Scenario, Stop};
 
 /// A sweep to be run.
@@ -162,6 +162,8 @@ pub struct Statistics {
     pub instants: u64,
     /// Bits of cells evaluated, in all lanes together.
     pub evaluated: u64,
+    /// Instants of blocks of lanes in which all was known.
+    pub known: u64,
     /// Runs that the event engine made.
     pub events: u64,
     /// Lanes of a block, if there were any.
@@ -174,7 +176,14 @@ impl Sweep<'_> {
     /// The first cell for which the batch engine cannot run the circuit.
     #[must_use]
     pub fn foreign(&self) -> Option<CellId> {
-        Program::new(self.netlist).err()
+        Program::foreign(self.netlist)
+    }
+
+    /// The bits that anybody looks at.
+    fn looked_at(&self) -> Vec<Slice> {
+        let until = self.scenario.until.iter().map(|until| &until.0);
+        let signals = self.outputs.iter().chain(until).flat_map(|&s| self.netlist.bits(s).iter().copied());
+        signals.chain(self.against.iter().flat_map(Against::compared)).collect()
     }
 
     /// Runs it from a row on, and hands every row on in order, as the text that `text` makes of it.
@@ -189,7 +198,7 @@ impl Sweep<'_> {
         sink: &mut dyn FnMut(u64, &str) -> io::Result<()>,
     ) -> Result<Statistics, SweepError> {
         let rows = from.max(self.plan.rows.start)..self.plan.rows.end;
-        let program = match Program::new(self.netlist) {
+        let program = match Program::showing(self.netlist, &self.looked_at()) {
             Ok(program) => Some(Arc::new(program)),
             Err(cell) if self.against.is_some() => return Err(SweepError::Foreign(cell)),
             Err(_) => None,
@@ -253,6 +262,7 @@ impl Sweep<'_> {
                 let one = worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
                 all.instants += one.instants;
                 all.evaluated += one.evaluated;
+                all.known += one.known;
                 all.events += one.events;
             }
             result?;

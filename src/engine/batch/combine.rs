@@ -380,6 +380,11 @@ impl State {
     }
 }
 
+/// Whether bit `at` of a known value is 1.
+pub(super) fn bit_of_value(value: &crate::Value, at: u32) -> bool {
+    value.words().nth(at as usize / 64).is_some_and(|w| w.v >> (at % 64) & 1 == 1)
+}
+
 /// Bit `at` of a vector.
 pub(super) fn bit_of(words: &[Word], at: u32) -> Word {
     let (word, shift) = (at as usize / 64, at % 64);

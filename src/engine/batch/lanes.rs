@@ -221,6 +221,46 @@ impl Planes {
         Plane { v: &self.v[start..][..n], u: if K { &[] } else { &self.u[start..][..n] } }
     }
 
+    /// All planes of values.
+    #[inline(always)]
+    pub fn all(&self) -> &[Cell<Chunk>] {
+        &self.v
+    }
+
+    /// The plane of values of a bit.
+    pub fn values(&self, bit: u32) -> &[Cell<Chunk>] {
+        &self.v[bit as usize * self.chunks..][..self.chunks]
+    }
+
+    /// A chunk of a plane of values, be it of a bit or behind those.
+    #[inline(always)]
+    pub fn raw(&self, plane: u32, c: usize) -> &Cell<Chunk> {
+        &self.v[plane as usize * self.chunks + c]
+    }
+
+    /// Writes a bit that is known in some lanes; returns whether any changes.
+    pub fn merge(&self, bit: u32, new: Chunk, lanes: &[u64]) -> bool {
+        let mut changed = 0;
+        for (c, lanes) in lanes.chunks_exact(WORDS).enumerate() {
+            let plane = self.raw(bit, c);
+            let mut chunk = plane.get();
+            for (i, &lanes) in lanes.iter().enumerate() {
+                let moved = (chunk.0[i] ^ new.0[i]) & lanes;
+                chunk.0[i] ^= moved;
+                changed |= moved;
+            }
+            plane.set(chunk);
+        }
+        changed != 0
+    }
+
+    /// Makes sure that there are so many planes of values.
+    pub fn reserve(&mut self, planes: usize) {
+        if self.v.len() < planes * self.chunks {
+            self.v.resize(planes * self.chunks, Cell::new(Chunk::ZERO));
+        }
+    }
+
     /// Whether all of some bits are known in all lanes.
     #[inline(always)]
     pub fn all_known(&self, bits: &[u32]) -> bool {

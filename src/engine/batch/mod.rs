@@ -12,7 +12,9 @@
 #![allow(clippy::needless_range_loop, reason = "several planes are gone through side by side")]
 
 mod combine;
+mod known;
 mod lanes;
+mod passage;
 mod program;
 mod state;
 mod store;
@@ -29,6 +31,8 @@ use crate::netlist::{NetId, Slice};
 use crate::value::Word;
 use crate::value::word::words;
 
+pub(crate) use known::{Bits, Lit, Logic, Registers, Rules};
+pub use passage::Passage;
 pub use program::Program;
 
 /// The vector extension that is used here.
@@ -114,6 +118,18 @@ impl BatchEngine {
     /// Changes an input in some lanes; it takes effect at the next [`settle`](BatchEngine::settle).
     pub fn drive(&mut self, net: NetId, value: &Value, lanes: &[u64]) {
         let (first, width) = self.program.nets[net.index()];
+        if self.state.known.on && !value.is_known() {
+            self.state.leave(&self.program);
+        }
+        if self.state.known.on {
+            let mut changed = false;
+            for i in 0..width {
+                let bit = Chunk::splat(combine::bit_of_value(value, i));
+                changed |= self.state.planes.merge(first + i, bit, lanes);
+            }
+            self.state.known.change(&self.program, net, changed);
+            return;
+        }
         let lanes = chunks(lanes);
         let all: Vec<Word> = value.words().collect();
         for i in 0..width {
@@ -129,6 +145,7 @@ impl BatchEngine {
 
     /// Changes an input of at most 64 bits in each lane for which there is a value.
     pub fn drive_each(&mut self, net: NetId, mut value: impl FnMut(usize) -> Option<Word>) {
+        self.state.leave(&self.program);
         let (first, width) = self.program.nets[net.index()];
         let mut changed = 0u64;
         for lane in 0..self.lanes() {
@@ -147,7 +164,11 @@ impl BatchEngine {
     /// the [`unsettled`](BatchEngine::unsettled).
     pub fn settle(&mut self) {
         let BatchEngine { program, state, arch } = self;
+        if state.known.on && state.settle_known(program, *arch) {
+            return;
+        }
         arch.dispatch(Settle { program, state });
+        state.enter(program);
     }
 
     /// The lanes that did not settle, or for which that takes too long to be waited for. Their values mean nothing; the
@@ -155,6 +176,18 @@ impl BatchEngine {
     #[must_use]
     pub fn unsettled(&self) -> LaneSet {
         self.state.unsettled.iter().flat_map(|c| c.0).collect()
+    }
+
+    /// Whether any lane that was not put back since has not settled.
+    #[must_use]
+    pub fn any_unsettled(&self) -> bool {
+        self.state.unsettled.iter().any(|lanes| lanes.any())
+    }
+
+    /// Whether it runs in the form for what is all known.
+    #[must_use]
+    pub fn is_known(&self) -> bool {
+        self.state.known.on
     }
 
     /// The value of some bits in a lane, the least significant slice first.
@@ -218,6 +251,28 @@ impl BatchEngine {
         self.arch.dispatch(Differ { plane: self.state.planes.plane::<false>(bit), expected, lanes });
     }
 
+    /// Takes lanes of another block of the same program, as they stand, if nothing in the lanes of either is x or z, and
+    /// says whether it has. Those that run there run here; both have to be settled. The others here are left as they are.
+    pub fn adopt(&mut self, from: &BatchEngine, passage: &Passage) -> bool {
+        self.state.adopt(&self.program, self.arch, &from.state, passage)
+    }
+
+    /// The number of a bit, for [`differ_from`](BatchEngine::differ_from).
+    pub(crate) fn bit(&self, slice: Slice, at: u32) -> u32 {
+        self.program.nets[slice.net.index()].0 + slice.lo + at
+    }
+
+    /// Adds to a set the lanes in which a bit is not as a plane of registers is.
+    pub(crate) fn differ_from(&self, registers: &Registers, pairs: &[(u32, u32)], lanes: &mut [u64]) {
+        self.arch.dispatch(DifferFrom { engine: self, registers, pairs, lanes });
+    }
+
+    /// How many times [`settle`](BatchEngine::settle) ran in the form for what is all known.
+    #[must_use]
+    pub fn known_instants(&self) -> u64 {
+        self.state.known.instants
+    }
+
     /// Bits evaluated so far, each in all lanes.
     #[must_use]
     pub fn evaluated(&self) -> u64 {
@@ -258,6 +313,33 @@ impl NullaryFnOnce for Differ<'_> {
             for i in 0..LANES / 64 {
                 lanes[i] |= (now.v.0[i] ^ expected[i]) | now.u.0[i];
             }
+        }
+    }
+}
+
+/// A comparison of bits with registers beside them.
+struct DifferFrom<'a> {
+    engine: &'a BatchEngine,
+    registers: &'a Registers,
+    pairs: &'a [(u32, u32)],
+    lanes: &'a mut [u64],
+}
+
+impl NullaryFnOnce for DifferFrom<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let planes = &self.engine.state.planes;
+        for (c, lanes) in self.lanes.chunks_exact_mut(LANES / 64).enumerate() {
+            let mut differ = Chunk::ZERO;
+            for &(bit, plane) in self.pairs {
+                differ |= planes.raw(bit, c).get() ^ self.registers.plane(plane)[c].get();
+                if planes.may_be_unknown(bit) {
+                    differ |= planes.plane::<false>(bit).get(c).u;
+                }
+            }
+            lanes.iter_mut().zip(differ.0).for_each(|(lanes, differ)| *lanes |= differ);
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use super::known::Layout;
 use crate::cell::{AddOp, CellKind, Clock, CompareOp, Edge, GateOp, Role};
 use crate::netlist::{CellId, Direction, Driver, NetId, Netlist, Slice};
 use crate::value::Word;
@@ -117,22 +118,60 @@ pub struct Program {
     pub(super) nets: Vec<(u32, u32)>,
     /// By bit, copies included.
     pub(super) initial: Vec<Word>,
+    /// Whether a bit is for ever what it is at the start.
+    pub(super) constant: Vec<bool>,
+    /// The first bit and the width of what is driven from outside, and its number by net.
+    pub(super) inputs: Vec<(u32, u32)>,
+    pub(super) input_of: HashMap<NetId, usize>,
+    /// How it runs while all is known, if it can.
+    pub(super) known: Option<Layout>,
     wake_start: Vec<u32>,
     wakes: Vec<Wake>,
 }
 
 impl Program {
-    /// Lays out a netlist.
+    /// Lays out a netlist, to show all its nets.
+    ///
+    /// # Errors
+    /// As [`Program::showing`].
+    pub fn new(netlist: &Netlist) -> Result<Program, CellId> {
+        Program::lay_out(netlist, None)
+    }
+
+    /// Lays out a netlist to show these bits alone: the others need not be kept.
     ///
     /// # Errors
     /// The first cell that the batch engine cannot evaluate: a delay or a memory.
-    pub fn new(netlist: &Netlist) -> Result<Program, CellId> {
+    pub fn showing(netlist: &Netlist, bits: &[Slice]) -> Result<Program, CellId> {
+        Program::lay_out(netlist, Some(bits))
+    }
+
+    /// The first cell of a netlist that the batch engine cannot evaluate, if there is one.
+    #[must_use]
+    pub fn foreign(netlist: &Netlist) -> Option<CellId> {
         let foreign =
             |kind: &CellKind| matches!(kind, CellKind::Delay { .. } | CellKind::RcDelay(_) | CellKind::Memory(_));
-        match netlist.cell_ids().find(|&c| foreign(&netlist.cell(c).kind)) {
-            Some(cell) => Err(cell),
-            None => Ok(Build::new(netlist).finish()),
+        netlist.cell_ids().find(|&c| foreign(&netlist.cell(c).kind))
+    }
+
+    fn lay_out(netlist: &Netlist, shown: Option<&[Slice]>) -> Result<Program, CellId> {
+        if let Some(cell) = Program::foreign(netlist) {
+            return Err(cell);
         }
+        let mut program = Build::new(netlist).finish();
+        let mut kept = vec![shown.is_none(); program.bits()];
+        for s in shown.into_iter().flatten() {
+            let first = (program.nets[s.net.index()].0 + s.lo) as usize;
+            kept[first..first + s.width as usize].fill(true);
+        }
+        program.known = Layout::new(&program, &kept);
+        Ok(program)
+    }
+
+    /// Whether there is a form of it for what is all known, without x and z.
+    #[must_use]
+    pub fn has_known_form(&self) -> bool {
+        self.known.is_some()
     }
 
     /// The free-running clocks among the cells, and the nets that they drive.
@@ -171,6 +210,8 @@ struct Build<'n> {
 impl<'n> Build<'n> {
     fn new(netlist: &'n Netlist) -> Build<'n> {
         let mut initial = vec![Word::ZERO, Word::known(1)];
+        let mut constant = vec![true; 2];
+        let (mut inputs, mut input_of) = (Vec::new(), HashMap::new());
         let mut nets = Vec::new();
         let constants = netlist.constants();
         for (i, net) in netlist.nets().iter().enumerate() {
@@ -184,6 +225,12 @@ impl<'n> Build<'n> {
             };
             let floats = matches!(net.driver, Driver::Input(s) if netlist.signal(s).port == Some(Direction::Inout));
             let known = constants.net(NetId::new(i));
+            let cell = if let Driver::Cell(cell, _) = net.driver { Some(&netlist.cell(cell).kind) } else { None };
+            if matches!(cell, None | Some(CellKind::Clock(_))) {
+                input_of.insert(NetId::new(i), inputs.len());
+                inputs.push((initial.len() as u32, net.width));
+            }
+            let for_ever = matches!(cell, Some(CellKind::Constant(_)));
             for bit in 0..net.width {
                 let (word, shift) = (bit as usize / 64, bit % 64);
                 let whole = match init {
@@ -191,7 +238,9 @@ impl<'n> Build<'n> {
                     None if floats => Word::z(word_mask(net.width, word)),
                     None => known[word],
                 };
-                initial.push(Word { v: whole.v >> shift & 1, u: whole.u >> shift & 1 });
+                let first = Word { v: whole.v >> shift & 1, u: whole.u >> shift & 1 };
+                initial.push(first);
+                constant.push(for_ever || cell.is_some() && init.is_none() && first.is_known());
             }
         }
         let mut used = vec![false; nets.len()];
@@ -213,6 +262,10 @@ impl<'n> Build<'n> {
             clock_cells: Vec::new(),
             nets,
             initial,
+            constant,
+            inputs,
+            input_of,
+            known: None,
             wake_start: Vec::new(),
             wakes: Vec::new(),
         };
@@ -240,6 +293,7 @@ impl<'n> Build<'n> {
             self.clocks(cell, number as u32);
         }
         self.link();
+        self.program.constant.resize(self.program.bits(), false);
         self.program
     }
 

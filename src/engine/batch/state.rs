@@ -1,5 +1,6 @@
 //! A block of lanes, and one wave in all of them: as in the event engine, but what one lane does all do.
 
+use super::known::Known;
 use super::lanes::{Chunk, Four, LANES, Planes};
 use super::program::{Code, Program};
 use crate::value::Word;
@@ -16,6 +17,13 @@ pub(super) struct Watched {
     old: Vec<Four>,
     /// The lanes in which it has had a known value.
     seen: Vec<Chunk>,
+}
+
+impl Watched {
+    /// What the bit was in a chunk of lanes when it was last looked at; known in all that run.
+    pub fn recall(&mut self, c: usize, old: Chunk) {
+        self.old[c] = Four::known(old);
+    }
 }
 
 #[derive(Debug)]
@@ -46,6 +54,7 @@ pub(super) struct State {
     batch: Vec<u32>,
     /// Operations run, each in all lanes, a bit of output each.
     pub evaluated: u64,
+    pub known: Known,
 }
 
 impl State {
@@ -73,6 +82,7 @@ impl State {
             tree: vec![Four::default(); 64],
             batch: Vec::new(),
             evaluated: 0,
+            known: Known::default(),
         };
         state.planes.write::<true>(super::program::ONE, |_| Four::known(Chunk::ONES));
         state.restart(p, &vec![Chunk::ONES; chunks]);
@@ -85,6 +95,7 @@ impl State {
 
     /// Puts some lanes back to the start, with nothing settled yet.
     pub fn restart(&mut self, p: &Program, lanes: &[Chunk]) {
+        self.leave(p);
         for (bit, &init) in p.initial.iter().enumerate().skip(2) {
             let bit = bit as u32;
             let plane = self.planes.plane::<false>(bit);
@@ -110,12 +121,17 @@ impl State {
             self.unsettled[c] = self.unsettled[c] & !lanes;
             self.frozen[c] = self.frozen[c] & !lanes;
         }
+        self.freezes = self.frozen.iter().any(|c| c.any());
+        self.run_all(p);
+    }
+
+    /// All operations are to run.
+    pub fn run_all(&mut self, p: &Program) {
         self.dirty.fill(u64::MAX);
         if let Some(last) = self.dirty.last_mut() {
             *last = crate::value::word::mask((p.ops.len() - (p.ops.len() - 1) / 64 * 64) as u32);
         }
         self.lowest = 0;
-        self.freezes = self.frozen.iter().any(|c| c.any());
     }
 
     /// One wave: until nothing changes in any lane that runs.

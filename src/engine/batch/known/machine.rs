@@ -1,0 +1,225 @@
+//! Runs tapes: a function of three inputs over the planes of a block, one loop for all that follow each other with the
+//! same table.
+
+use std::cell::Cell;
+use std::ops::Range;
+
+use pulp::{Arch, NullaryFnOnce, Simd};
+
+use super::super::lanes::Chunk;
+use super::tape::{Instruction, Step, Tape};
+
+/// Times that a loop runs before it is given up.
+const PATIENCE: usize = 256;
+
+/// How a vector extension computes a function of three inputs, and how code is compiled for it.
+trait Lookup: Copy {
+    fn look<const T: i32>(self, a: Chunk, b: Chunk, c: Chunk) -> Chunk;
+
+    fn compiled<F: NullaryFnOnce<Output = ()>>(self, f: F);
+}
+
+/// With and, or, exclusive or.
+#[derive(Clone, Copy)]
+struct Plain<S>(S);
+
+/// A function of two inputs by its table; bit `2b + c`.
+#[inline(always)]
+fn two(t: i32, b: Chunk, c: Chunk) -> Chunk {
+    match t & 15 {
+        0 => Chunk::ZERO,
+        1 => !(b | c),
+        2 => !b & c,
+        3 => !b,
+        4 => b & !c,
+        5 => !c,
+        6 => b ^ c,
+        7 => !(b & c),
+        8 => b & c,
+        9 => !(b ^ c),
+        10 => c,
+        11 => !b | c,
+        12 => b,
+        13 => b | !c,
+        14 => b | c,
+        _ => Chunk::ONES,
+    }
+}
+
+impl<S: Simd> Lookup for Plain<S> {
+    #[inline(always)]
+    fn look<const T: i32>(self, a: Chunk, b: Chunk, c: Chunk) -> Chunk {
+        let (low, high) = (T & 15, T >> 4 & 15);
+        match () {
+            () if low == high => two(low, b, c),
+            () if low == high ^ 15 => a ^ two(low, b, c),
+            () if low == 0 => a & two(high, b, c),
+            () if high == 0 => !a & two(low, b, c),
+            () if high == 15 => a | two(low, b, c),
+            () if low == 15 => !a | two(high, b, c),
+            () => two(low, b, c) ^ (a & two(low ^ high, b, c)),
+        }
+    }
+
+    #[inline(always)]
+    fn compiled<F: NullaryFnOnce<Output = ()>>(self, f: F) {
+        self.0.vectorize(f);
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Lookup for pulp::x86::V4 {
+    #[inline(always)]
+    fn look<const T: i32>(self, a: Chunk, b: Chunk, c: Chunk) -> Chunk {
+        let [a, b, c] = [a, b, c].map(|chunk| pulp::cast(chunk.0));
+        Chunk(pulp::cast(self.avx512f._mm512_ternarylogic_epi64::<T>(a, b, c)))
+    }
+
+    #[inline(always)]
+    fn compiled<F: NullaryFnOnce<Output = ()>>(self, f: F) {
+        self.vectorize(f);
+    }
+}
+
+/// Whether a table depends on an input of this weight.
+const fn reads(t: i32, weight: i32) -> bool {
+    let mask = [0, 0x55, 0x33, 0, 0x0f][weight as usize];
+    t & mask != t >> weight & mask
+}
+
+/// Functions of one table, for `C` chunks of lanes. Compiled for itself: all in one would be too much for a compiler.
+struct Run<'a, L, const T: i32, const C: usize> {
+    lookup: L,
+    rows: &'a [[Cell<Chunk>; C]],
+    all: &'a [Instruction],
+    step: usize,
+    block: usize,
+}
+
+impl<L: Lookup, const T: i32, const C: usize> NullaryFnOnce for Run<'_, L, T, C> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for i in self.all {
+            let [y, a, b, c] = i.map(|plane| &self.rows[plane as usize * self.step + self.block]);
+            for k in 0..C {
+                let get =
+                    |weight: i32, row: &[Cell<Chunk>; C]| if reads(T, weight) { row[k].get() } else { Chunk::ZERO };
+                y[k].set(self.lookup.look::<T>(get(4, a), get(2, b), get(1, c)));
+            }
+        }
+    }
+}
+
+macro_rules! tables {
+    ($($t:literal)*) => {
+        /// The tables that tapes are made of: of each set that are alike but for the order of inputs, the least.
+        #[cfg(test)]
+        pub(super) const TABLES: &[u8] = &[$($t),*];
+
+        fn dispatch<L: Lookup, const C: usize>(
+            lookup: L,
+            rows: &[[Cell<Chunk>; C]],
+            tape: &Tape,
+            runs: Range<usize>,
+            first: usize,
+            step: usize,
+            block: usize,
+        ) {
+            let mut rest = &tape.instructions[first..];
+            for &(table, count) in &tape.runs[runs] {
+                let (all, after) = rest.split_at(count as usize);
+                rest = after;
+                match table {
+                    $($t => lookup.compiled(Run::<L, $t, C> { lookup, rows, all, step, block }),)*
+                    _ => {}
+                }
+            }
+        }
+    };
+}
+
+tables! {
+    0x00 0x01 0x02 0x03 0x06 0x07 0x08 0x09 0x0b 0x0c 0x0e 0x0f 0x16 0x17 0x18 0x19 0x1a 0x1b 0x1e 0x1f
+    0x28 0x29 0x2a 0x2b 0x2c 0x2d 0x2e 0x2f 0x3c 0x3d 0x3e 0x3f 0x68 0x69 0x6a 0x6b 0x6e 0x6f 0x7e 0x7f
+    0x80 0x81 0x82 0x83 0x86 0x87 0x89 0x8a 0x8b 0x8e 0x8f 0x96 0x97 0x98 0x9a 0x9b 0x9e 0x9f 0xa8 0xa9
+    0xab 0xac 0xad 0xae 0xbc 0xbd 0xbe 0xbf 0xc0 0xc3 0xcf 0xe8 0xe9 0xea 0xeb 0xef 0xf0 0xfc 0xfe 0xff
+}
+
+/// A tape that runs over a block.
+struct Running<'a, L> {
+    lookup: L,
+    planes: &'a [Cell<Chunk>],
+    chunks: usize,
+    tape: &'a Tape,
+    active: &'a [Chunk],
+}
+
+impl<L: Lookup> Running<'_, L> {
+    fn straight<const C: usize>(&self, runs: Range<usize>, first: usize) {
+        let rows = self.planes.as_chunks::<C>().0;
+        let step = self.chunks / C;
+        for block in 0..step {
+            dispatch::<L, C>(self.lookup, rows, self.tape, runs.clone(), first, step, block);
+        }
+    }
+
+    fn part(&self, runs: Range<usize>, first: usize) {
+        match self.chunks {
+            n if n % 4 == 0 => self.straight::<4>(runs, first),
+            _ => self.straight::<1>(runs, first),
+        }
+    }
+
+    /// Whether any copy differs from its plane in a lane that runs; they are the same then.
+    fn commit(&self, pairs: &[(u32, u32)]) -> bool {
+        let mut moved = Chunk::ZERO;
+        for &(copy, plane) in pairs {
+            for c in 0..self.chunks {
+                let [copy, plane] = [copy, plane].map(|plane| &self.planes[plane as usize * self.chunks + c]);
+                moved |= (copy.get() ^ plane.get()) & self.active[c];
+                plane.set(copy.get());
+            }
+        }
+        moved.any()
+    }
+
+    /// Whether its loops settle.
+    fn play(&self) -> bool {
+        let mut first = 0;
+        for step in &self.tape.steps {
+            let (Step::Straight(runs) | Step::Loop(runs, _)) = step;
+            let count: usize = self.tape.runs[runs.clone()].iter().map(|r| r.1 as usize).sum();
+            match step {
+                Step::Straight(runs) => self.part(runs.clone(), first),
+                Step::Loop(runs, pairs) => {
+                    let mut left = PATIENCE;
+                    loop {
+                        self.part(runs.clone(), first);
+                        if !self.commit(pairs) {
+                            break;
+                        }
+                        left -= 1;
+                        if left == 0 {
+                            return false;
+                        }
+                    }
+                }
+            }
+            first += count;
+        }
+        true
+    }
+}
+
+/// Runs a tape. Whether its loops settle in all lanes that run.
+pub(super) fn play(arch: Arch, tape: &Tape, planes: &[Cell<Chunk>], chunks: usize, active: &[Chunk]) -> bool {
+    match arch {
+        #[cfg(target_arch = "x86_64")]
+        Arch::V4(lookup) => Running { lookup, planes, chunks, tape, active }.play(),
+        #[cfg(target_arch = "x86_64")]
+        Arch::V3(simd) => Running { lookup: Plain(simd), planes, chunks, tape, active }.play(),
+        _ => Running { lookup: Plain(pulp::Scalar::new()), planes, chunks, tape, active }.play(),
+    }
+}
