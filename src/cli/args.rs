@@ -3,6 +3,7 @@
 //! What means the same in several commands is one struct that they share.
 
 mod drawing;
+mod schematic;
 mod sweeping;
 
 use std::path::PathBuf;
@@ -10,6 +11,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 
 pub use drawing::{CompareArgs, CompareFormat, DrawingArgs, InterpolateArgs, PlotArgs, Point, StepsFormat};
+pub use schematic::DrawArgs;
 pub use sweeping::SweepArgs;
 
 /// `discreta`.
@@ -53,6 +55,8 @@ pub enum Command {
     Interpolate(InterpolateArgs),
     /// Draw the path of a method or of a waveform over the ideal curve, as SVG
     Plot(PlotArgs),
+    /// Draw the schematic of a circuit, as SVG
+    Draw(DrawArgs),
     /// Count what circuits are made of, and how deep their logic is
     Stats(StatsArgs),
     /// Write a circuit for other tools

@@ -9,6 +9,7 @@ pub mod check;
 pub mod compare;
 pub mod completions;
 pub mod diff;
+pub mod draw;
 mod drawing;
 pub mod error;
 pub mod export;
@@ -92,6 +93,7 @@ fn dispatch(command: &Command, out: &mut Out) -> Result<Status, CliError> {
         Command::Sweep(args) => sweep::run(args, out),
         Command::Interpolate(args) => interpolate::run(args, out),
         Command::Plot(args) => plot::run(args, out),
+        Command::Draw(args) => draw::run(args, out),
         Command::Stats(args) => stats::run(args, out),
         Command::Export(args) => export::run(args, out),
         Command::Compare(args) => compare::run(args, out),
