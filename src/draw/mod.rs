@@ -1,7 +1,7 @@
 //! The schematic of a netlist as SVG: standard symbols from left to right, instances as boxes or opened, orthogonal wires.
 //!
-//! [`graph`] makes nodes, pins and nets of a module's body, [`symbol`] knows what a node looks like, [`layout`] has ELK's
-//! layered algorithm place nodes and route wires (docs/decisions/0007-elk-lays-out-schematics.md), [`paint`] writes SVG.
+//! `graph` makes nodes, pins and nets of a module's body, `symbol` knows what a node looks like, `layout` has ELK's
+//! layered algorithm place nodes and route wires (docs/decisions/0007-elk-lays-out-schematics.md), `paint` writes SVG.
 //! This room knows netlists; it knows neither engines nor waveforms nor files.
 //!
 //! # What a program may rely on in the SVG
