@@ -3,6 +3,7 @@
 //! What means the same in several commands is one struct that they share.
 
 mod drawing;
+mod looking;
 mod sweeping;
 
 use std::path::PathBuf;
@@ -10,6 +11,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 
 pub use drawing::{CompareArgs, CompareFormat, DrawingArgs, InterpolateArgs, PlotArgs, Point, StepsFormat};
+pub use looking::WaveTextArgs;
 pub use sweeping::SweepArgs;
 
 /// `discreta`.
@@ -47,6 +49,8 @@ pub enum Command {
     Test(TestArgs),
     /// Compare two waveforms: where they differ first, and what was around
     Diff(DiffArgs),
+    /// Print a waveform as text
+    Wave(WaveTextArgs),
     /// Run a circuit for every combination of values of some inputs, side by side
     Sweep(SweepArgs),
     /// Print what an interpolation algorithm does, step by step, without any circuit

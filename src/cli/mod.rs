@@ -28,6 +28,7 @@ pub mod stats;
 pub mod sweep;
 pub mod test;
 mod timing;
+pub mod wave;
 mod waveforms;
 
 use std::process::ExitCode;
@@ -89,6 +90,7 @@ fn dispatch(command: &Command, out: &mut Out) -> Result<Status, CliError> {
         Command::Check(args) => check::run(args, out),
         Command::Test(args) => test::run(args, out),
         Command::Diff(args) => diff::run(args, out),
+        Command::Wave(args) => wave::run(args, out),
         Command::Sweep(args) => sweep::run(args, out),
         Command::Interpolate(args) => interpolate::run(args, out),
         Command::Plot(args) => plot::run(args, out),

@@ -10,7 +10,7 @@ use super::progress::Progress;
 use super::report::{Report, time};
 use super::{CliError, Out, Status, interrupt, replay, waveforms};
 use crate::circuit::{Limits, Loader};
-use crate::diag::{Code, Diagnostic, Diagnostics};
+use crate::diag::{Code, Diagnostic, Diagnostics, Sources};
 #[cfg(feature = "compiled")]
 use crate::engine::{AutoEngine, CompiledEngine};
 use crate::engine::{Engine, EventEngine, Unsettled};
@@ -97,8 +97,13 @@ pub(super) fn faults<T>(loader: &mut Loader, prepared: Option<T>) -> Result<T, C
 
 /// Diagnostics as they are printed to standard error.
 pub(super) fn rendered(diagnostics: &Diagnostics, loader: &Loader) -> String {
+    rendered_from(diagnostics, &loader.sources)
+}
+
+/// The same with the texts that they point into.
+pub(super) fn rendered_from(diagnostics: &Diagnostics, sources: &Sources) -> String {
     let color = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty());
-    diagnostics.render(&loader.sources, color)
+    diagnostics.render(sources, color)
 }
 
 /// The engine that the options choose.

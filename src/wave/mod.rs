@@ -20,6 +20,7 @@ mod report;
 #[cfg(test)]
 mod samples;
 pub mod select;
+pub mod text;
 pub mod vcd;
 mod walk;
 
