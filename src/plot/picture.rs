@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::Recording;
 use super::axis::{Range, signed};
 use super::frame::{Frame, Marks, Place};
-use super::svg::{Svg, number};
+use crate::svg::{Svg, number};
 use crate::interpolate::Ideal;
 
 const WIDTH: f64 = 760.0;
