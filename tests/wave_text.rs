@@ -169,3 +169,27 @@ fn a_failing_test_draws_what_was_around() {
     let at = |row: &str| row.chars().skip(column).take(3).collect::<String>();
     assert_eq!([at(golden), at(ran)], ["╳ 6", "╳ 2"], "{text}");
 }
+
+/// What docs/viewing.md shows is what the command prints: `BLESS=1 cargo test --test wave_text` renews it.
+#[test]
+fn the_page_of_the_docs_is_current() {
+    let path = "docs/viewing.md";
+    let page = std::fs::read_to_string(path).unwrap();
+    let marker = "```text\n$ discreta wave ";
+    let mut parts = page.split(marker);
+    let mut renewed = parts.next().unwrap().to_owned();
+    let mut blocks = 0;
+    for part in parts {
+        let (line, rest) = part.split_once('\n').unwrap();
+        let (_, rest) = rest.split_once("```\n").unwrap();
+        let (status, text, _) = command("wave", line);
+        assert_eq!(status, 0);
+        renewed += &format!("{marker}{line}\n{text}```\n{rest}");
+        blocks += 1;
+    }
+    assert_eq!(blocks, 1);
+    if std::env::var_os("BLESS").is_some() {
+        std::fs::write(path, &renewed).unwrap();
+    }
+    assert!(page == renewed || std::env::var_os("BLESS").is_some(), "{path} is not up to date: BLESS=1 renews it");
+}

@@ -8,7 +8,7 @@ use super::monitor::say;
 use super::prepare::{Changes, Prepared, prepare, typed};
 use super::progress::Progress;
 use super::report::{Report, time};
-use super::{CliError, Out, Status, interrupt, replay, waveforms};
+use super::{CliError, Out, Status, interrupt, replay, save, waveforms};
 use crate::circuit::{Limits, Loader};
 use crate::diag::{Code, Diagnostic, Diagnostics, Sources};
 #[cfg(feature = "compiled")]
@@ -40,7 +40,10 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
     let mut sinks = Tee(writers.iter_mut().map(|w| &mut **w as &mut dyn Sink).collect());
     let sink: Option<&mut dyn Sink> = if files.is_empty() { None } else { Some(&mut sinks) };
     let (outcome, difference) = simulate(&mut prepared, &loader, &args.engine, sink, "running")?;
-    let files: Vec<PathBuf> = files.into_iter().map(|place| place.path).collect();
+    let mut files: Vec<PathBuf> = files.into_iter().map(|place| place.path).collect();
+    if args.save {
+        files.extend(save::beside(&prepared, &files, outcome.time)?);
+    }
 
     let difference = difference.as_ref();
     let report = Report { prepared: &prepared, loader: &loader, outcome: &outcome, files: &files, difference };

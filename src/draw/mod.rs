@@ -29,3 +29,103 @@
 //! Colours are custom properties on `svg.schematic`, which a page can set: `--paper`, `--ink`, `--wire`, `--bus`,
 //! `--fill`, `--soft`, `--accent`. All names of classes mean something only within `svg.schematic`. Coordinates are pixels
 //! from the top left corner, whole or half; all that is drawn is in absolute coordinates, there is no `transform`.
+
+mod graph;
+mod layout;
+mod paint;
+mod pins;
+mod scene;
+mod symbol;
+mod wire;
+
+use crate::netlist::{Hierarchy, Netlist};
+
+/// The most cells and instances that are drawn; beyond it a picture helps nobody.
+pub const MOST: usize = 2_000;
+
+/// What is drawn.
+#[derive(Clone, Copy, Default, Debug)]
+pub struct Options<'a> {
+    /// How many levels of instances are opened: 0 draws each as a box.
+    pub depth: usize,
+    /// The module, by its name in the circuit; the top without one.
+    pub module: Option<&'a str>,
+}
+
+/// Why there is no drawing.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Refusal {
+    /// There is no such module; these there are.
+    NoModule(Vec<String>),
+    /// So many cells and instances would be drawn.
+    TooLarge(usize),
+    /// The layout failed.
+    Layout(String),
+}
+
+impl std::fmt::Display for Refusal {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Refusal::NoModule(_) => f.write_str("there is no such module"),
+            Refusal::TooLarge(count) => write!(f, "{count} cells are too many for one drawing: {MOST} at most"),
+            Refusal::Layout(why) => write!(f, "the drawing could not be laid out: {why}"),
+        }
+    }
+}
+
+impl std::error::Error for Refusal {}
+
+/// The schematic of a netlist, as SVG; the same netlist gives the same bytes.
+///
+/// # Errors
+/// A module that is not there, or more cells than a picture can show.
+///
+/// ```
+/// use discreta::draw::{Options, svg};
+/// let circuit = discreta::circuit::load("circuits/evaluation/line.json")?;
+/// let picture = svg(&circuit.netlist, &Options::default())?;
+/// assert!(picture.contains("data-cell=\"adder\""));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn svg(netlist: &Netlist, options: &Options<'_>) -> Result<String, Refusal> {
+    let hierarchy = Hierarchy::of(netlist);
+    let modules = hierarchy.modules();
+    let module = match options.module {
+        None => 0,
+        Some(name) => {
+            let exact = modules.iter().position(|m| m.name == name);
+            let named = exact.or_else(|| modules.iter().position(|m| m.origin == name));
+            named.ok_or_else(|| Refusal::NoModule(modules.iter().map(|m| m.name.clone()).collect()))?
+        }
+    };
+    let count = count(&hierarchy, module, options.depth);
+    if count > MOST {
+        return Err(Refusal::TooLarge(count));
+    }
+    let placed = layout::Layout::new(netlist, &hierarchy).place(module, options.depth)?;
+    Ok(paint::svg(netlist, &modules[module], &placed))
+}
+
+/// How many levels of instances are below each module.
+fn heights(hierarchy: &Hierarchy) -> Vec<usize> {
+    let modules = hierarchy.modules();
+    let mut heights = vec![0; modules.len()];
+    // a module comes before those that it has instances of
+    for (m, module) in modules.iter().enumerate().rev() {
+        heights[m] = module.instances.iter().map(|i| 1 + heights[i.module]).max().unwrap_or(0);
+    }
+    heights
+}
+
+/// How many cells and instances a drawing shows.
+fn count(hierarchy: &Hierarchy, module: usize, depth: usize) -> usize {
+    let modules = hierarchy.modules();
+    let own = |m: usize| modules[m].cells.len() + modules[m].instances.len();
+    let mut counts: Vec<usize> = (0..modules.len()).map(own).collect();
+    for _ in 0..depth.min(heights(hierarchy)[module]) {
+        let opened =
+            |m: usize| modules[m].instances.iter().map(|i| counts[i.module]).fold(own(m), usize::saturating_add);
+        counts = (0..modules.len()).map(opened).collect();
+    }
+    counts[module]
+}

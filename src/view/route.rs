@@ -25,6 +25,8 @@ pub struct Reached {
 pub struct Route {
     /// 2 or 3.
     pub axes: usize,
+    /// What a point is the end of: a `clock`, or a `step` where no clock tells them apart.
+    pub unit: &'static str,
     /// The tick of each point.
     pub times: Vec<u64>,
     /// The points, along one axis after the other.
@@ -38,7 +40,7 @@ pub struct Route {
 impl Route {
     /// The path through points, the first of which is there from the start; none if it never moves.
     #[must_use]
-    pub fn new(axes: usize, points: &[Reached], ideal: Option<Ideal>) -> Option<Route> {
+    pub fn new(axes: usize, unit: &'static str, points: &[Reached], ideal: Option<Ideal>) -> Option<Route> {
         let first = points.first()?;
         if points.iter().all(|p| p.at == first.at) {
             return None;
@@ -58,6 +60,7 @@ impl Route {
             |curve: Vec<[f64; 3]>| curve.into_iter().map(|p| p.map(|v| (100.0 * v).round() / 100.0)).collect();
         Some(Route {
             axes,
+            unit,
             times: points.iter().map(|p| p.time).collect(),
             points: [along(0), along(1), along(2)],
             off: ideal.as_ref().map(off).unwrap_or_default(),
@@ -124,10 +127,10 @@ mod tests {
 
     #[test]
     fn what_does_not_move_is_no_path() {
-        assert!(Route::new(2, &path(&[[1, 1], [1, 1]]), None).is_none());
+        assert!(Route::new(2, "clock", &path(&[[1, 1], [1, 1]]), None).is_none());
         let points = path(&[[0, 0], [1, 0], [1, 1]]);
         // 1/sqrt(2) BLU to the right of the diagonal
-        let route = Route::new(2, &points, followed(2, &points)).unwrap();
+        let route = Route::new(2, "clock", &points, followed(2, &points)).unwrap();
         assert_eq!((route.worst(), route.off.as_slice()), (Some(0.707), [0, -707, 0].as_slice()));
     }
 }

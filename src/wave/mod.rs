@@ -19,6 +19,7 @@ pub mod recorder;
 mod report;
 #[cfg(test)]
 mod samples;
+pub mod save;
 pub mod select;
 pub mod text;
 pub mod vcd;

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 
+use super::drawing::{CoordinateArgs, Point, point};
+use super::{ElaborationArgs, EngineArgs, ScenarioArgs};
 use crate::wave::text::Radix;
 
 /// `discreta wave`.
@@ -51,4 +53,60 @@ pub struct WaveTextArgs {
     /// Draw with ASCII characters alone
     #[arg(long)]
     pub ascii: bool,
+}
+
+/// `discreta view`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta view circuits/evaluation/line.json -s dx=9 -s dy=5 -o line.html
+        runs it as `run` does; open line.html in a browser
+  discreta view circuits/feed/system.json --depth 1 -o system.html
+        with the modules of the schematic opened one level down
+  discreta view cpu.fst -o cpu.html
+        a waveform of any simulator
+
+The page needs no network: one file to keep, to send, to put beside a lecture. Keys are told by `?`.
+Where the nets xt and yt (and zt) are coordinates that dt clocks, the page shows their path, too.
+Exit status: 0 made; 1 made, but the run hit its limit or an expectation failed; 2 usage, input or output.")]
+pub struct ViewArgs {
+    /// A circuit file, a scenario or a netlist of Yosys to run, or a waveform: VCD, FST or GHW
+    #[arg(value_name = "CIRCUIT|WAVEFORM", value_hint = ValueHint::FilePath)]
+    pub what: PathBuf,
+
+    /// Write the page to a file (.html), or to standard output (-)
+    #[arg(short, long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
+    pub output: PathBuf,
+
+    /// Open so many levels of modules in the schematic
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub depth: usize,
+
+    /// Parameters and limits.
+    #[command(flatten)]
+    pub elaboration: ElaborationArgs,
+
+    /// What happens to the circuit.
+    #[command(flatten)]
+    pub scenario: ScenarioArgs,
+
+    /// Show only nets that match, e.g. 'adder.*' or '**.q'; may be given several times
+    #[arg(long, value_name = "GLOB")]
+    pub trace: Vec<String>,
+
+    /// The engine and what it does about x.
+    #[command(flatten)]
+    pub engine: EngineArgs,
+
+    /// The nets of the path.
+    #[command(flatten)]
+    pub coordinates: CoordinateArgs,
+
+    /// The path is to follow an arc around this point, in BLU; without it, what it follows is told from its points
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point)]
+    pub center: Option<Point>,
+
+    /// The arc goes clockwise
+    #[arg(long, requires = "center")]
+    pub cw: bool,
 }

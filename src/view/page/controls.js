@@ -44,7 +44,6 @@ class Controls {
       this.of("now").textContent = cursor.trace.time(cursor.time, 12);
     } else if (what === "playing") {
       const play = this.of("play");
-      play.textContent = cursor.playing ? "❚❚" : "▶";
       play.setAttribute("aria-pressed", String(cursor.playing));
       play.setAttribute("aria-label", cursor.playing ? "Stop" : "Play");
       // a reader of the screen need not follow every frame

@@ -66,6 +66,7 @@ class Route {
   }
   /// What does not move.
   paint() {
+    if (!this.frames) return;
     const palette = (this.palette = colours());
     const context = fit(this.still, this.width, this.height);
     context.clearRect(0, 0, this.width, this.height);
@@ -101,10 +102,10 @@ class Route {
       for (let v = Math.ceil(ranges[1][0] / step) * step; v <= ranges[1][1]; v += step) context.fillText(v, x(ranges[0][0]) - 5, y(v));
       context.textAlign = "center";
       context.textBaseline = "bottom";
-      context.fillText(`${"xyz"[frame.view[0]]}, BLU`, (x(ranges[0][0]) + x(ranges[0][1])) / 2, this.height);
+      context.fillText(`${"xyz"[frame.view[0]]}, BLU`, (x(ranges[0][0]) + x(ranges[0][1])) / 2, Math.min(y(ranges[1][0]) + 32, this.height));
       context.textAlign = "left";
       context.textBaseline = "top";
-      context.fillText(`${"xyz"[frame.view[1]]}, BLU`, x(ranges[0][0]), 0);
+      context.fillText(`${"xyz"[frame.view[1]]}, BLU`, x(ranges[0][0]), Math.max(y(ranges[1][1]) - 14, 0));
       context.lineJoin = "round";
       if (this.data.ideal.length) {
         context.strokeStyle = palette.ideal;
@@ -142,6 +143,6 @@ class Route {
     const names = ["x", "y", "z"].slice(0, data.axes);
     const at = names.map((name, axis) => `${name} = ${data.points[axis][index]}`).join(", ");
     const off = data.off.length ? `, ${(Math.abs(data.off[index]) / 1000).toFixed(2)} BLU off the ideal curve` : "";
-    this.say.textContent = `clock ${index}: ${at}${off}`;
+    this.say.textContent = `${data.unit} ${index}: ${at}${off}`;
   }
 }

@@ -64,16 +64,27 @@ class Schematic {
     const stage = this.section.querySelector(".stage");
     const box = this.svg.viewBox.baseVal;
     const whole = [box.x, box.y, box.width, box.height];
+    let moved = 0;
     this.whole = whole;
     this.seen = whole.slice();
     this.svg.removeAttribute("width");
     this.svg.removeAttribute("height");
+    // where all of it would be too small to be read, it begins at its top left corner
+    const begin = new ResizeObserver(() => {
+      const { width, height } = stage.getBoundingClientRect();
+      const least = 0.55;
+      if (!width || moved || this.seen.some((v, n) => v !== whole[n])) return begin.disconnect();
+      if (innerWidth <= 760 && Math.min(width / whole[2], height / whole[3]) < least) {
+        this.show([whole[0], whole[1], width / least, height / least]);
+        begin.disconnect();
+      }
+    });
+    begin.observe(stage);
     const scale = () => {
       const { width, height } = stage.getBoundingClientRect();
       return Math.max(this.seen[2] / width, this.seen[3] / height);
     };
     const pointers = new Map();
-    let moved = 0;
     stage.addEventListener("pointerdown", (event) => {
       pointers.set(event.pointerId, [event.clientX, event.clientY]);
       moved = 0;

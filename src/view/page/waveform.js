@@ -203,6 +203,7 @@ class Waveform {
     this.height = this.scroll.clientHeight;
     this.line.style.left = `${names}px`;
     this.draw();
+    this.values(false);
   }
   draw() {
     if (!this.width) return;
@@ -251,7 +252,7 @@ class Waveform {
       ruler.lineTo(x, 22);
       const text = this.trace.time(time, 9);
       const wide = text.length * 7.3;
-      ruler.fillText(text, Math.min(Math.max(x + 3, 2), this.width - wide), 11);
+      if (x + 3 + wide <= this.width) ruler.fillText(text, x + 3, 11);
     }
     context.stroke();
     ruler.stroke();
