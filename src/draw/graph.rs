@@ -3,8 +3,9 @@
 
 use std::collections::HashMap;
 
-use super::pins;
 use super::scene::{End, Net, Node, Pin, Scene, Shape, Side, What, range};
+use super::{array, pins};
+use crate::cell::Edge;
 use crate::netlist::hierarchy::{Hierarchy, Module, Piece};
 use crate::netlist::{Direction, Netlist};
 
@@ -34,7 +35,7 @@ struct Build<'a> {
 }
 
 /// The scene of a module.
-pub(super) fn scene(netlist: &Netlist, hierarchy: &Hierarchy, at: usize) -> Scene {
+pub(super) fn scene(netlist: &Netlist, hierarchy: &Hierarchy, clocks: &[Vec<Option<bool>>], at: usize) -> Scene {
     let module = &hierarchy.modules()[at];
     let sources = module.wires.iter().map(|_| Vec::new()).collect();
     let scene = Scene::default();
@@ -55,14 +56,13 @@ pub(super) fn scene(netlist: &Netlist, hierarchy: &Hierarchy, at: usize) -> Scen
         let bits = if inwards { vec![Piece::Wire { wire: w, lo: 0, width: port.width }] } else { port.bits.clone() };
         add(&mut build, (port_node(&port.name, port.width, way, inwards), vec![bits]));
     }
-    for cell in &module.cells {
-        let name = format!("{}{}", module.prefix(cell.block), netlist.cell(cell.id).name);
-        add(&mut build, pins::cell(netlist, cell, name));
+    for cell in array::cells(netlist, module) {
+        add(&mut build, cell);
     }
     for instance in &module.instances {
         let of = &hierarchy.modules()[instance.module];
         let name = format!("{}{}", module.prefix(instance.block), instance.name);
-        add(&mut build, (instance_node(name, instance.module, of), instance.ports.clone()));
+        add(&mut build, (instance_node(name, instance.module, of, &clocks[instance.module]), instance.ports.clone()));
     }
     build.drive(drives);
     for (at, pieces) in reads {
@@ -108,11 +108,43 @@ fn port_node(name: &str, width: u32, way: Direction, inwards: bool) -> Node {
     }
 }
 
-fn instance_node(name: String, module: usize, of: &Module) -> Node {
-    let pins = of.ports().iter().map(|port| {
+/// Which ports of each module clock something in it; true at falling edges.
+pub(super) fn clocks(netlist: &Netlist, hierarchy: &Hierarchy) -> Vec<Vec<Option<bool>>> {
+    let modules = hierarchy.modules();
+    let mut clocks: Vec<Vec<Option<bool>>> = modules.iter().map(|m| vec![None; m.ports().len()]).collect();
+    // a module comes before those that it has instances of
+    for (m, module) in modules.iter().enumerate().rev() {
+        let mut found = Vec::new();
+        for cell in &module.cells {
+            let kind = &netlist.cell(cell.id).kind;
+            for (pin, pieces) in cell.inputs.iter().enumerate() {
+                if let ([Piece::Wire { wire, width: 1, .. }], Some(edge)) = (&pieces[..], kind.edge_at(pin, 0)) {
+                    found.push((*wire, edge == Edge::Falling));
+                }
+            }
+        }
+        for instance in &module.instances {
+            for (pieces, clock) in instance.ports.iter().zip(&clocks[instance.module]) {
+                if let ([Piece::Wire { wire, width: 1, .. }], Some(falling)) = (&pieces[..], clock) {
+                    found.push((*wire, *falling));
+                }
+            }
+        }
+        for (wire, falling) in found {
+            let is_input = module.wires[wire].port == Some(Direction::Input) && module.wires[wire].width == 1;
+            if is_input {
+                clocks[m][wire].get_or_insert(falling);
+            }
+        }
+    }
+    clocks
+}
+
+fn instance_node(name: String, module: usize, of: &Module, clocks: &[Option<bool>]) -> Node {
+    let pins = of.ports().iter().zip(clocks).map(|(port, &clock)| {
         let text = &port.name;
         match port.port {
-            Some(Direction::Input) => pin(text, Side::West, true),
+            Some(Direction::Input) => Pin { clock, ..pin(text, Side::West, true) },
             _ => pin(text, Side::East, false),
         }
     });

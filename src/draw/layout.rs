@@ -38,12 +38,14 @@ pub(super) struct Layout<'n> {
     pub netlist: &'n Netlist,
     pub hierarchy: &'n Hierarchy,
     heights: Vec<usize>,
+    clocks: Vec<Vec<Option<bool>>>,
     done: HashMap<(usize, usize), Rc<Placed>>,
 }
 
 impl<'n> Layout<'n> {
     pub fn new(netlist: &'n Netlist, hierarchy: &'n Hierarchy) -> Layout<'n> {
-        Layout { netlist, hierarchy, heights: super::heights(hierarchy), done: HashMap::new() }
+        let (heights, clocks) = (super::heights(hierarchy), graph::clocks(netlist, hierarchy));
+        Layout { netlist, hierarchy, heights, clocks, done: HashMap::new() }
     }
 
     /// A module, its instances opened so many levels deep.
@@ -53,7 +55,7 @@ impl<'n> Layout<'n> {
         if let Some(done) = self.done.get(&(module, depth)) {
             return Ok(done.clone());
         }
-        let mut scene = graph::scene(self.netlist, self.hierarchy, module);
+        let mut scene = graph::scene(self.netlist, self.hierarchy, &self.clocks, module);
         let mut inner = Vec::new();
         for node in &mut scene.nodes {
             inner.push(match (&node.what, depth.checked_sub(1)) {
@@ -63,6 +65,7 @@ impl<'n> Layout<'n> {
                     for (pin, port) in node.pins.iter_mut().zip(&placed.scene.nodes) {
                         // the first nodes are the ports; a wire goes in where the port leads on
                         let inwards = port.pins.iter().all(|p| p.side == Side::East);
+                        pin.clock = None;
                         pin.side = if inwards { Side::West } else { Side::East };
                     }
                     Some(placed)

@@ -11,7 +11,7 @@
 //! | element | attributes | is |
 //! |---|---|---|
 //! | `svg.schematic` | `data-top`, `data-scope` | the whole; `data-top` is the top scope of a waveform, `data-scope` the path below it of the instance that is drawn (empty: the top itself) |
-//! | `g.cell` | `id="cell:PATH"`, `data-cell="PATH"`, `data-kind` | a cell: `register`, `and`, … |
+//! | `g.cell` | `id="cell:PATH"`, `data-cell="PATH"`, `data-kind` | a cell: `register`, `and`, …; `memory[7:0]` is the cells `memory[0]` to `memory[7]` side by side, drawn as one |
 //! | `g.instance` | `id="cell:PATH"`, `data-cell="PATH"`, `data-module`, and class `open` | an instance of a module; `open` if its inside is drawn in it |
 //! | `g.port` | `id="port:PATH"`, `data-port="PATH"`, `data-net`, `data-direction` | a port of the drawn module, or of an opened instance: `input`, `output`, `inout` |
 //! | `g.bar` | `data-kind` | `join`, `split` or `repeat`: bits put together or taken apart |
@@ -30,6 +30,7 @@
 //! `--fill`, `--soft`, `--accent`. All names of classes mean something only within `svg.schematic`. Coordinates are pixels
 //! from the top left corner, whole or half; all that is drawn is in absolute coordinates, there is no `transform`.
 
+mod array;
 mod graph;
 mod layout;
 mod paint;

@@ -77,6 +77,14 @@ pub(super) fn svg(netlist: &Netlist, module: &Module, placed: &Placed) -> String
     painter.svg.finish()
 }
 
+/// How long the wire is between a pin and the text beside it.
+fn stub_length(node: &Node, pin: &Pin) -> f64 {
+    let bubble = if pin.clock == Some(true) { 8.0 } else { 0.0 };
+    // a join has the number of the bits on the wire
+    let tap = if node.shape == Shape::Join { text_width(&pin.text) + 2.0 } else { 0.0 };
+    STUB + bubble + tap
+}
+
 fn plus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [a[0] + b[0], a[1] + b[1]]
 }
@@ -92,7 +100,7 @@ impl Painter {
     fn body(&mut self, placed: &Placed, at: [f64; 2], prefix: &str) {
         for (node, spot) in placed.scene.nodes.iter().zip(&placed.nodes) {
             if let Some(inner) = &spot.inner {
-                self.node(placed, node, spot, at, prefix);
+                self.node(node, spot, at, prefix);
                 let corner = plus(plus(at, spot.at), [spot.extent.left, symbol::HEAD]);
                 self.body(inner, corner, &format!("{prefix}{}.", node.name));
             }
@@ -101,11 +109,11 @@ impl Painter {
             self.net(placed, net, at, prefix);
         }
         for (node, spot) in placed.scene.nodes.iter().zip(&placed.nodes).filter(|(_, s)| s.inner.is_none()) {
-            self.node(placed, node, spot, at, prefix);
+            self.node(node, spot, at, prefix);
         }
     }
 
-    fn node(&mut self, placed: &Placed, node: &Node, spot: &Spot, at: [f64; 2], prefix: &str) {
+    fn node(&mut self, node: &Node, spot: &Spot, at: [f64; 2], prefix: &str) {
         let corner = plus(plus(at, spot.at), [spot.extent.left, spot.extent.top]);
         let size = [spot.extent.width, spot.extent.height];
         let path = format!("{prefix}{}", node.name);
@@ -192,6 +200,11 @@ impl Painter {
             }
             _ => {}
         }
+        if let End::Constant(text) = &pin.end {
+            self.svg.open("g", &[("class", "net"), ("data-constant", text)]);
+            self.stub(pin.side, [x, y], stub_length(node, pin), "at", text);
+            self.svg.close();
+        }
         // a bubble is part of the symbol, on the wire's side
         if pin.clock == Some(true) {
             self.svg.circle("bubble", [x - 3.5, y], 3.5);
@@ -199,28 +212,22 @@ impl Painter {
         if node.inverts && !pin.reads {
             self.svg.circle("bubble", [x + 3.5, y], 3.5);
         }
-        if let End::Constant(text) = &pin.end {
-            let back = if pin.clock == Some(true) { 7.0 } else { 0.0 };
-            self.svg.open("g", &[("class", "net"), ("data-constant", text)]);
-            self.stub(pin.side, [x - back, y], "at", text);
-            self.svg.close();
-        }
         self.svg.close();
     }
 
     /// A short wire to a pin with a text at its end.
-    fn stub(&mut self, side: Side, [x, y]: [f64; 2], class: &str, text: &str) {
+    fn stub(&mut self, side: Side, [x, y]: [f64; 2], length: f64, class: &str, text: &str) {
         let text = shortened(text);
         let path = match side {
-            Side::West => format!("M{} {}H{}", number(x - STUB), number(y), number(x)),
-            Side::South => format!("M{} {}V{}", number(x), number(y), number(y + STUB)),
-            Side::East => format!("M{} {}H{}", number(x), number(y), number(x + text_width(&text) + 6.0)),
+            Side::West => format!("M{} {}H{}", number(x - length), number(y), number(x)),
+            Side::South => format!("M{} {}V{}", number(x), number(y), number(y + length)),
+            Side::East => format!("M{} {}H{}", number(x), number(y), number(x + text_width(&text) + 14.0)),
         };
         self.svg.leaf("path", &[("class", "wire"), ("d", &path)]);
         match side {
-            Side::West => self.svg.label(class, [x - STUB - 2.0, y + 3.5], "end", &text),
-            Side::South => self.svg.label(class, [x, y + STUB + 10.0], "middle", &text),
-            Side::East => self.svg.label(class, [x + 4.0, y - 3.0], "start", &text),
+            Side::West => self.svg.label(class, [x - length - 2.0, y + 3.5], "end", &text),
+            Side::South => self.svg.label(class, [x, y + length + 10.0], "middle", &text),
+            Side::East => self.svg.label(class, [x + 10.0, y - 3.0], "start", &text),
         }
     }
 
@@ -259,11 +266,10 @@ impl Painter {
             for &(n, p) in &net.readers {
                 let (node, pin) = (&placed.scene.nodes[n], &placed.scene.nodes[n].pins[p]);
                 let [x, y] = moved(placed.nodes[n].pins[p].body);
-                let back = if pin.clock == Some(true) { 7.0 } else { 0.0 };
                 match &node.what {
                     // the port has the name written in it
                     What::Port => {}
-                    _ => self.stub(pin.side, [x - back, y], "label", &net.label().unwrap_or_default()),
+                    _ => self.stub(pin.side, [x, y], stub_length(node, pin), "label", &net.label().unwrap_or_default()),
                 }
             }
         }
@@ -274,13 +280,14 @@ impl Painter {
     fn driver(&mut self, placed: &Placed, net: &Net, (n, p): (usize, usize), at: [f64; 2], first: bool) {
         let (node, pin) = (&placed.scene.nodes[n], &placed.scene.nodes[n].pins[p]);
         let spot = placed.nodes[n].pins[p];
-        let [mut x, y] = plus(spot.body, at);
+        let spot_body = plus(spot.body, at);
+        let [mut x, y] = spot_body;
         if node.inverts {
             x += 7.0;
         }
         let text = symbol::on_wire(&placed.scene, node, pin);
         if net.labelled && !matches!(node.what, What::Port) {
-            self.stub(Side::East, [x, y], "label", &text.clone().unwrap_or_default());
+            self.stub(Side::East, spot_body, STUB, "label", &text.clone().unwrap_or_default());
         }
         if pin.side != Side::East {
             return;

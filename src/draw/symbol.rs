@@ -140,7 +140,11 @@ pub(super) fn extent(scene: &Scene, node: &Node, inner: Option<[f64; 2]>, port: 
         };
         bubble + text + slash
     });
-    let (left, right) = (left.fold(0.0, f64::max), right.fold(0.0, f64::max));
+    let (left, mut right) = (left.fold(0.0, f64::max), right.fold(0.0, f64::max));
+    if matches!(node.what, What::Port) && on(Side::East).count() > 0 {
+        // as wide as those that have a number, so that all begin at one line
+        right = SLASH + text_width("000") + 3.0;
+    }
     let is_named = !node.name.is_empty() && !matches!(node.what, What::Port) && node.shape != Shape::Frame;
     let name = if is_named { text_width(&node.name) } else { 0.0 };
     let below = on(Side::South).map(|p| if at_input(scene, node, p).is_some() { 22.0 } else { 0.0 });
