@@ -11,7 +11,7 @@ shot() { # page address picture
     chromium --headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking --hide-scrollbars \
         --force-device-scale-factor=1 --user-data-dir="$folder/profile" --window-size=1280,860 --virtual-time-budget=3000 \
         --screenshot="$folder/shot.png" "file://$1$2" >/dev/null 2>&1
-    convert "$folder/shot.png" -strip -colors 128 "$3"
+    convert "$folder/shot.png" -strip +dither -colors 200 "$3"
 }
 $discreta view circuits/evaluation/line.json -s dx=9 -s dy=5 -o "$folder/line.html"
 shot "$folder/line.html" '#t=110&net=f&theme=light' docs/pictures/view.png

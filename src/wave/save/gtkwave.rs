@@ -26,6 +26,8 @@ const DECIMAL_BITS: u32 = 16;
 const TALL: usize = 3;
 /// Columns of pixels that the waves have, at least, in the window that the file asks for.
 const PIXELS: f64 = 700.0;
+/// Those of a frame: the zoom is the logarithm of the time of one, to base 2 and negated.
+const FRAME: f64 = 200.0;
 
 impl View {
     /// The save file.
@@ -35,7 +37,7 @@ impl View {
         let _ = writeln!(text, "[dumpfile] \"{}\"", self.waveform);
         // GTKWave counts in the unit alone
         let end = self.end as f64 * f64::from(self.timescale.count());
-        let zoom = -((end / PIXELS).max(1e-6)).log2();
+        let zoom = -(end.max(1.0) / PIXELS * FRAME).log2();
         let _ = write!(text, "[timestart] 0\n[size] 1280 800\n[pos] -1 -1\n*{zoom:.6} 0 -1 -1\n");
         for scope in self.trees() {
             let _ = writeln!(text, "[treeopen] {scope}.");
@@ -124,7 +126,7 @@ mod tests {
              @1401200\n-v\n-u\n[pattern_trace] 1\n[pattern_trace] 0\n"
         );
         assert!(head.contains("[dumpfile] \"run.vcd\"\n") && head.contains("[treeopen] top.\n"), "{head}");
-        // 1000 ns in 700 pixels: 2^0.5146 ns a pixel
-        assert!(head.contains("\n*-0.514573 0 -1 -1\n"), "{head}");
+        // 1000 ns in 700 pixels: 2^8.1584 ns in 200
+        assert!(head.contains("\n*-8.158429 0 -1 -1\n"), "{head}");
     }
 }
