@@ -19,7 +19,9 @@ pub mod recorder;
 mod report;
 #[cfg(test)]
 mod samples;
+pub mod save;
 pub mod select;
+pub mod text;
 pub mod vcd;
 mod walk;
 
