@@ -6,7 +6,9 @@
 
 use std::io;
 
-use super::{Layout, Sink};
+use super::batch::Shape;
+use super::{Batch, Batches, Layout, Sink};
+use crate::value::changes::{self, Change, Written};
 use crate::value::{Word, word};
 
 /// How a waveform is written. Variables that are aliases have the slot of what they are an alias of; slots are numbered
@@ -65,7 +67,9 @@ pub struct Recorder<F> {
     written: Vec<Word>,
     current: Vec<Word>,
     /// The slots that were changed in this tick.
-    touched: Vec<u32>,
+    touched: Touched,
+    /// What batches are made of, as far as they have come.
+    shapes: Vec<Shape>,
     now: Option<u64>,
     /// The last time that the file has; none before the first values.
     stamped: Option<u64>,
@@ -74,7 +78,26 @@ pub struct Recorder<F> {
 struct Slot {
     start: usize,
     width: u32,
-    touched: bool,
+}
+
+/// Numbers of slots, each once: a bit for each slot, and one for each word of these.
+#[derive(Default)]
+struct Touched {
+    bits: Vec<u64>,
+    summary: Vec<u64>,
+}
+
+impl Touched {
+    fn new(slots: usize) -> Touched {
+        let words = slots.div_ceil(64);
+        Touched { bits: vec![0; words], summary: vec![0; words.div_ceil(64)] }
+    }
+
+    #[inline(always)]
+    fn insert(&mut self, slot: usize) {
+        self.bits[slot / 64] |= 1 << (slot % 64);
+        self.summary[slot / 4096] |= 1 << (slot / 64 % 64);
+    }
 }
 
 impl Slot {
@@ -92,7 +115,8 @@ impl<F: Format> Recorder<F> {
             slot_of: Vec::new(),
             written: Vec::new(),
             current: Vec::new(),
-            touched: Vec::new(),
+            touched: Touched::default(),
+            shapes: Vec::new(),
             now: None,
             stamped: None,
         }
@@ -108,42 +132,54 @@ impl<F: Format> Recorder<F> {
         let Some(now) = self.now else { return Ok(()) };
         if self.stamped.is_none() {
             self.format.first(now)?;
-            for (i, slot) in self.slots.iter_mut().enumerate() {
-                slot.touched = false;
+            for (i, slot) in self.slots.iter().enumerate() {
                 self.format.value(i, slot.width, &self.current[slot.words()])?;
             }
             self.format.first_done()?;
             self.written.copy_from_slice(&self.current);
             self.stamped = Some(now);
-            self.touched.clear();
+            self.touched = Touched::new(self.slots.len());
             return Ok(());
         }
         // In the order of the layout, whatever the order in which the engine came to them.
-        self.touched.sort_unstable();
-        for &i in &self.touched {
-            let slot = &mut self.slots[i as usize];
-            slot.touched = false;
-            let range = slot.words();
-            // nearly all are of one word, for which a comparison of slices costs more than it compares
-            let unchanged = match slot.width {
-                ..=64 => self.written[range.start] == self.current[range.start],
-                _ => self.written[range.clone()] == self.current[range.clone()],
-            };
-            if unchanged {
-                continue;
-            }
-            if self.stamped != Some(now) {
-                self.format.time(now)?;
-                self.stamped = Some(now);
-            }
-            self.format.value(i as usize, slot.width, &self.current[range.clone()])?;
-            match slot.width {
-                ..=64 => self.written[range.start] = self.current[range.start],
-                _ => self.written[range.clone()].copy_from_slice(&self.current[range]),
+        for i in 0..self.touched.summary.len() {
+            let mut words = std::mem::take(&mut self.touched.summary[i]);
+            while words != 0 {
+                let word = i * 64 + words.trailing_zeros() as usize;
+                words &= words - 1;
+                let mut bits = std::mem::take(&mut self.touched.bits[word]);
+                while bits != 0 {
+                    self.write(word * 64 + bits.trailing_zeros() as usize, now)?;
+                    bits &= bits - 1;
+                }
             }
         }
-        self.touched.clear();
         Ok(())
+    }
+
+    /// Writes the value that a slot has, if the file has another.
+    #[inline(always)]
+    fn write(&mut self, slot: usize, now: u64) -> io::Result<()> {
+        let Slot { start, width } = self.slots[slot];
+        // nearly all are of one word, for which a comparison of slices costs more than it compares
+        if width <= 64 {
+            let value = self.current[start];
+            if self.written[start] == value {
+                return Ok(());
+            }
+            self.written[start] = value;
+        } else {
+            let range = start..start + word::words(width);
+            if self.written[range.clone()] == self.current[range.clone()] {
+                return Ok(());
+            }
+            self.written[range.clone()].copy_from_slice(&self.current[range]);
+        }
+        if self.stamped != Some(now) {
+            self.format.time(now)?;
+            self.stamped = Some(now);
+        }
+        self.format.value(slot, width, &self.current[start..start + word::words(width)])
     }
 }
 
@@ -156,10 +192,11 @@ impl<F: Format> Sink for Recorder<F> {
                 continue;
             }
             self.slot_of.push(self.slots.len() as u32);
-            self.slots.push(Slot { start: self.current.len(), width: var.width, touched: false });
+            self.slots.push(Slot { start: self.current.len(), width: var.width });
             self.current.extend((0..word::words(var.width)).map(|i| Word::x(word::word_mask(var.width, i))));
         }
         self.written = self.current.clone();
+        self.touched = Touched::new(self.slots.len());
         self.format.header(layout, &self.slot_of)
     }
 
@@ -177,16 +214,17 @@ impl<F: Format> Sink for Recorder<F> {
     fn change(&mut self, var: usize, value: &[Word]) {
         assert!(self.now.is_some(), "a change before any time");
         let index = self.slot_of[var];
-        let slot = &mut self.slots[index as usize];
+        let slot = &self.slots[index as usize];
         if slot.width <= 64 {
             self.current[slot.start] = value[0];
         } else {
             self.current[slot.words()].copy_from_slice(&value[..word::words(slot.width)]);
         }
-        if !slot.touched {
-            slot.touched = true;
-            self.touched.push(index);
-        }
+        self.touched.insert(index as usize);
+    }
+
+    fn batches(&mut self) -> Option<&mut dyn Batches> {
+        Some(self)
     }
 
     fn finish(&mut self, end: u64) -> io::Result<()> {
@@ -200,6 +238,49 @@ impl<F: Format> Sink for Recorder<F> {
             self.format.time(end)?;
         }
         self.format.finish()
+    }
+}
+
+impl<F: Format> Batches for Recorder<F> {
+    fn batch(&mut self, batch: Batch) -> io::Result<Vec<u64>> {
+        for shape in &batch.shapes[self.shapes.len()..] {
+            let mut shape = Shape::clone(shape);
+            // what was a variable is a slot from here on, and its word one of all
+            for part in &mut shape.parts {
+                part.var = self.slot_of[part.var as usize];
+                part.word += self.slots[part.var as usize].start as u32;
+            }
+            self.shapes.push(shape);
+        }
+        changes::read(&batch.words, self)?;
+        Ok(batch.words)
+    }
+}
+
+impl<F: Format> changes::Reader for Recorder<F> {
+    type Error = io::Error;
+
+    #[inline(always)]
+    fn fields(&self, shape: usize) -> usize {
+        self.shapes[shape].fields.len()
+    }
+
+    #[inline(always)]
+    fn written(&self, shape: usize, field: usize) -> Written {
+        self.shapes[shape].fields[field].0
+    }
+
+    #[inline(always)]
+    fn record(&mut self, _: usize, time: u64) -> io::Result<()> {
+        self.time(time)
+    }
+
+    #[inline(always)]
+    fn change(&mut self, shape: usize, field: usize, change: Change) {
+        for part in self.shapes[shape].parts(field) {
+            change.put(&mut self.current[part.word as usize], part.from, part.to, u64::MAX >> (64 - part.width));
+            self.touched.insert(part.var as usize);
+        }
     }
 }
 

@@ -10,6 +10,7 @@ use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{Linkage, Module, default_libcall_names};
 
+use super::changes;
 use super::fuse::Tick;
 use super::graph::{Graph, Id, Map, Op};
 use super::machine::{Circle, Machine};
@@ -24,6 +25,8 @@ pub(super) struct Shared {
     pub changed: Half,
     /// A bit for each settling chunk, from a new half on one for each other chunk.
     pub dirty: Half,
+    /// Where ticks write down what has changed: see `changes`.
+    pub log: Half,
 }
 
 /// The half and the bit that wake a chunk.
@@ -152,6 +155,7 @@ pub(super) fn compile_circle(ticks: &[&Tick], shared: Shared) -> Result<Circle, 
         };
         let aborts = emit.nodes(&tick.chunk);
         leave(&mut emit, aborts, number - 1);
+        changes::emit(&mut emit, &tick.record, shared.log);
         let news = emit.stores(0, &tick.chunk, shared);
         leave(&mut emit, news, number);
     }
@@ -170,17 +174,17 @@ pub(super) fn compile_circle(ticks: &[&Tick], shared: Shared) -> Result<Circle, 
     Ok(Circle::new(module, function, ticks.len() as u64))
 }
 
-struct Emit<'a, 'b> {
+pub(super) struct Emit<'a, 'b> {
     graph: &'a Graph,
     plan: &'a Plan,
-    builder: &'a mut FunctionBuilder<'b>,
-    base: Value,
+    pub builder: &'a mut FunctionBuilder<'b>,
+    pub base: Value,
     values: Map<Id, Value>,
     /// Comparisons as the machine gives them.
     flags: Map<Id, Value>,
 }
 
-fn trusted() -> MemFlags {
+pub(super) fn trusted() -> MemFlags {
     MemFlags::trusted()
 }
 
@@ -259,7 +263,7 @@ impl Emit<'_, '_> {
     }
 
     /// A node's value, brought from memory if another chunk computes it.
-    fn value(&mut self, id: Id) -> Value {
+    pub fn value(&mut self, id: Id) -> Value {
         if let Some(&value) = self.values.get(&id) {
             return value;
         }
@@ -346,6 +350,6 @@ impl Emit<'_, '_> {
 }
 
 /// Where half a slot lies, in bytes.
-fn offset(half: Half) -> i32 {
+pub(super) fn offset(half: Half) -> i32 {
     i32::try_from(u64::from(half) * 8).expect("memory is smaller than that: the engine sees to it")
 }

@@ -1,5 +1,6 @@
 //! Forms of a circuit in machine code: the four-valued one, and those for which some or all of the state is known.
 
+use super::changes;
 use super::codegen::{self, Shared, dirty_bit};
 use super::fuse::{Source, Tick, fuse};
 use super::graph::Map;
@@ -7,6 +8,7 @@ use super::lower::{Level, Lowered, lower};
 use super::machine::{Circle, Machine};
 use super::plan::{Half, Root, plan};
 use super::wiring::{StatePlaces, Wiring};
+use crate::engine::Field;
 use crate::netlist::{NetId, Netlist};
 
 /// How many nodes go into a chunk.
@@ -21,6 +23,8 @@ pub(super) struct Wanted<'w> {
     pub shared: Shared,
     /// Nodes in a chunk, at most.
     pub chunk: usize,
+    /// How many shapes of records there are.
+    pub shapes: usize,
 }
 
 /// A net whose value is kept in memory.
@@ -29,6 +33,9 @@ pub(super) struct Kept {
     pub net: NetId,
     /// The bit that tells of a change, if it is observed.
     pub observed: Option<u32>,
+    /// Whether a change is listed, and whether it is written down.
+    pub stops: bool,
+    pub traced: bool,
     /// Whether it is kept in any form, not only where it is a control that may be unknown.
     pub always: bool,
 }
@@ -38,6 +45,10 @@ pub(super) struct Kept {
 pub(super) struct Ticks {
     pub single: [Circle; 2],
     pub circle: Circle,
+    /// The most that they write down, in words.
+    pub longest: usize,
+    /// The fields of their records, until they are given to the log.
+    pub shapes: Vec<Box<[Field]>>,
 }
 
 /// One form.
@@ -155,23 +166,32 @@ impl Form {
     }
 
     /// The ticks of an input, in machine code; made when they are first asked for.
-    pub fn ticks(&mut self, w: &Wanted<'_>, input: u32) -> Option<&Ticks> {
+    pub fn ticks(&mut self, w: &Wanted<'_>, input: u32) -> Option<&mut Ticks> {
         if !self.ticks.contains_key(&input) {
             let made = self.make_ticks(w, input);
             self.ticks.insert(input, made);
         }
-        self.ticks[&input].as_ref()
+        self.ticks.get_mut(&input)?.as_mut()
     }
 
     fn make_ticks(&self, w: &Wanted<'_>, input: u32) -> Option<Ticks> {
         let lowered = self.lowered.as_ref()?;
-        let kept: Vec<(NetId, Option<u32>)> =
-            w.kept.iter().filter(|k| self.keeps[k.net.index()]).map(|k| (k.net, k.observed)).collect();
+        let kept: Vec<Kept> = w.kept.iter().copied().filter(|k| self.keeps[k.net.index()]).collect();
         let allows = |slot| self.allows(slot);
         let tick = |level| fuse(&Source { lowered, wiring: w.wiring, kept: &kept, allows: &allows, input, level });
-        let (up, down) = (tick(true)?, tick(false)?);
+        let (mut up, mut down) = (tick(true)?, tick(false)?);
+        let mut shapes = Vec::new();
+        for tick in [&mut up, &mut down] {
+            tick.record.shape = w.shapes + shapes.len();
+            shapes.push(tick.record.fields());
+        }
+        let longest = up.record.longest() + down.record.longest();
+        if longest > changes::ROOM {
+            return None;
+        }
         let make = |ticks: &[&Tick]| codegen::compile_circle(ticks, w.shared).ok();
-        Some(Ticks { single: [make(&[&down])?, make(&[&up])?], circle: make(&[&up, &down])? })
+        let (single, circle) = ([make(&[&down])?, make(&[&up])?], make(&[&up, &down])?);
+        Some(Ticks { single, circle, longest, shapes })
     }
 
     /// Does without the ticks of an input.
