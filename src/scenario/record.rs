@@ -129,7 +129,8 @@ impl Recording {
         let now = engine.now();
         if let Some(log) = engine.log().filter(|_| broken) {
             let shapes = &log.shapes;
-            let whole = changes::before(&log.words, |shape, field| shapes[shape][field].written, |s| shapes[s].len(), now);
+            let whole =
+                changes::before(&log.words, |shape, field| shapes[shape][field].written, |s| shapes[s].len(), now);
             log.words.truncate(whole);
         }
         self.hand_on(engine, sink)

@@ -20,6 +20,7 @@ pub mod recorder;
 mod report;
 #[cfg(test)]
 mod samples;
+mod section;
 pub mod select;
 pub mod vcd;
 mod walk;

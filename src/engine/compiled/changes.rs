@@ -101,7 +101,8 @@ impl Tracing {
         if place == 0 {
             return u64::MAX;
         }
-        let room = |memory: &mut [Word]| ROOM - ((*half(memory, place + END) / 8) as usize - (place + RECORDS) as usize);
+        let room =
+            |memory: &mut [Word]| ROOM - ((*half(memory, place + END) / 8) as usize - (place + RECORDS) as usize);
         if room(memory) < longest.max(ROOM / 4) {
             self.take(memory);
         }

@@ -21,8 +21,7 @@ impl CompiledEngine<'_> {
         }
         // borrows less than `wanted` does
         let shapes = self.tracing.log.shapes.len();
-        let wanted =
-            Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk, shapes };
+        let wanted = Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk, shapes };
         let made = form.ticks(&wanted, slot)?;
         self.tracing.log.shapes.append(&mut made.shapes);
         let net = self.wiring.leaf_net[(slot - self.wiring.leaves.start) as usize];
@@ -53,7 +52,7 @@ impl CompiledEngine<'_> {
         if observed.is_some() {
             self.list_change(net);
         }
-        self.collect_changes();
+        self.list_changes();
         self.count(done);
         if self.memory[0].v != 0 {
             self.memory[0].v = 0;

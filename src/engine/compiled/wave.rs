@@ -358,6 +358,17 @@ impl CompiledEngine<'_> {
         self.write_down();
     }
 
+    /// Lists the observed nets that have changed in ticks, which have written down themselves what they are to.
+    pub(super) fn list_changes(&mut self) {
+        for word in 0..self.observed_nets.len().div_ceil(64) {
+            let mut bits = std::mem::take(half(&mut self.memory, self.shared.changed + word as u32));
+            while bits != 0 {
+                self.list_change(self.observed_nets[word * 64 + bits.trailing_zeros() as usize]);
+                bits &= bits - 1;
+            }
+        }
+    }
+
     /// Reports controls that have become unknown.
     pub(super) fn check_controls(&mut self) {
         let form = &self.forms[self.current.expect("there is a form")];
