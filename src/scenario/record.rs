@@ -9,7 +9,7 @@ use std::sync::Arc;
 use crate::engine::{Engine, Field};
 use crate::netlist::{NetId, Netlist, SignalId};
 use crate::value::Word;
-use crate::value::changes::{self, Change, Written};
+use crate::value::changes;
 use crate::value::word::{copy, words};
 use crate::wave::batch::{Part, Shape};
 use crate::wave::{Batch, Layout, Sink};
@@ -216,27 +216,28 @@ impl changes::Reader for Play<'_> {
         self.shapes[shape].fields.len()
     }
 
-    fn written(&self, shape: usize, field: usize) -> Written {
-        self.shapes[shape].fields[field].0
-    }
-
-    fn record(&mut self, _: usize, time: u64) -> io::Result<()> {
+    fn record(&mut self, shape: usize, time: u64, bits: &[u64], values: &[u64]) -> io::Result<usize> {
         if self.now != Some(time) {
             self.settle()?;
         }
         self.now = Some(time);
-        Ok(())
-    }
-
-    fn change(&mut self, shape: usize, field: usize, change: Change) {
-        for part in self.shapes[shape].parts(field) {
-            let var = &mut self.recording.vars[part.var as usize];
-            let word = &mut self.recording.values[(var.start + part.word) as usize];
-            change.put(word, part.from, part.to, u64::MAX >> (64 - part.width));
-            if !std::mem::replace(&mut var.changed, true) {
-                self.recording.changed.push(part.var);
-            }
-        }
+        let Recording { vars, values: all, changed, .. } = &mut *self.recording;
+        let shape = &self.shapes[shape];
+        let used = changes::each(
+            bits,
+            values,
+            |field| shape.fields[field].0,
+            |field, change| {
+                for part in shape.parts(field) {
+                    let var = &mut vars[part.var as usize];
+                    change.put(&mut all[(var.start + part.word) as usize], part.from, part.to, part.mask());
+                    if !std::mem::replace(&mut var.changed, true) {
+                        changed.push(part.var);
+                    }
+                }
+            },
+        );
+        Ok(used)
     }
 }
 

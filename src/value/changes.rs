@@ -44,17 +44,12 @@ pub trait Reader {
     /// How many fields a shape has.
     fn fields(&self, shape: usize) -> usize;
 
-    /// How a field of a shape is written.
-    fn written(&self, shape: usize, field: usize) -> Written;
-
-    /// A record of a shape follows.
+    /// Takes a record: its bits, and its values with all that follows. Returns how many of these are its own, as
+    /// [`each`] does.
     ///
     /// # Errors
     /// The reader's.
-    fn record(&mut self, shape: usize, time: u64) -> Result<(), Self::Error>;
-
-    /// One of its fields has changed.
-    fn change(&mut self, shape: usize, field: usize, change: Change);
+    fn record(&mut self, shape: usize, time: u64, bits: &[u64], values: &[u64]) -> Result<usize, Self::Error>;
 }
 
 /// Reads records in order.
@@ -67,33 +62,40 @@ pub trait Reader {
 pub fn read<R: Reader>(mut words: &[u64], reader: &mut R) -> Result<(), R::Error> {
     while let [shape, time, rest @ ..] = words {
         let shape = *shape as usize;
-        let (masks, mut values) = rest.split_at(reader.fields(shape).div_ceil(64));
-        reader.record(shape, *time)?;
-        for (i, &mask) in masks.iter().enumerate() {
-            let mut bits = mask;
-            while bits != 0 {
-                let at = bits.leading_zeros();
-                bits &= !(1 << 63 >> at);
-                let field = i * 64 + at as usize;
-                let change = match reader.written(shape, field) {
-                    Written::Toggled => Change::Toggle,
-                    Written::Known => {
-                        let v = values[0];
-                        values = &values[1..];
-                        Change::Set(Word::known(v))
-                    }
-                    Written::Both => {
-                        let word = Word { v: values[0], u: values[1] };
-                        values = &values[2..];
-                        Change::Set(word)
-                    }
-                };
-                reader.change(shape, field, change);
-            }
-        }
-        words = values;
+        let (bits, values) = rest.split_at(reader.fields(shape).div_ceil(64));
+        words = &values[reader.record(shape, *time, bits, values)?..];
     }
     Ok(())
+}
+
+/// Tells of each field of a record that has changed; returns how many values it has.
+///
+/// # Panics
+/// If there are fewer.
+#[inline(always)]
+pub fn each(
+    bits: &[u64],
+    values: &[u64],
+    written: impl Fn(usize) -> Written,
+    mut change: impl FnMut(usize, Change),
+) -> usize {
+    let mut at = 0;
+    for (i, &word) in bits.iter().enumerate() {
+        let mut bits = word;
+        while bits != 0 {
+            let first = bits.leading_zeros();
+            bits &= !(1 << 63 >> first);
+            let field = i * 64 + first as usize;
+            let new = match written(field) {
+                Written::Toggled => Change::Toggle,
+                Written::Known => Change::Set(Word::known(values[at])),
+                Written::Both => Change::Set(Word { v: values[at], u: values[at + 1] }),
+            };
+            at += size(written(field));
+            change(field, new);
+        }
+    }
+    at
 }
 
 /// Where the first record of tick `time` or later begins, or the end.
@@ -110,18 +112,13 @@ pub fn before(
         fn fields(&self, shape: usize) -> usize {
             (self.1)(shape)
         }
-        fn written(&self, shape: usize, field: usize) -> Written {
-            (self.0)(shape, field)
-        }
-        fn record(&mut self, shape: usize, time: u64) -> Result<(), ()> {
+        fn record(&mut self, shape: usize, time: u64, bits: &[u64], values: &[u64]) -> Result<usize, ()> {
             if time >= self.2 {
                 return Err(());
             }
-            self.3 += HEAD + self.fields(shape).div_ceil(64);
-            Ok(())
-        }
-        fn change(&mut self, shape: usize, field: usize, _: Change) {
-            self.3 += size(self.written(shape, field));
+            let used = each(bits, values, |field| (self.0)(shape, field), |_, _| {});
+            self.3 += HEAD + bits.len() + used;
+            Ok(used)
         }
     }
     let mut count = Count(written, fields, time, 0);
@@ -171,15 +168,12 @@ mod tests {
         fn fields(&self, shape: usize) -> usize {
             [3, 130][shape]
         }
-        fn written(&self, _: usize, field: usize) -> Written {
-            [Written::Toggled, Written::Known, Written::Both][field % 3]
-        }
-        fn record(&mut self, _: usize, time: u64) -> Result<(), ()> {
-            self.0.push((time, Vec::new()));
-            Ok(())
-        }
-        fn change(&mut self, _: usize, field: usize, change: Change) {
-            self.0.last_mut().unwrap().1.push((field, change));
+        fn record(&mut self, _: usize, time: u64, bits: &[u64], values: &[u64]) -> Result<usize, ()> {
+            let mut changes = Vec::new();
+            let written = |field: usize| [Written::Toggled, Written::Known, Written::Both][field % 3];
+            let used = each(bits, values, written, |field, change| changes.push((field, change)));
+            self.0.push((time, changes));
+            Ok(used)
         }
     }
 

@@ -21,6 +21,14 @@ pub struct Part {
     pub width: u8,
 }
 
+impl Part {
+    /// So many bits, from bit 0 up.
+    #[must_use]
+    pub fn mask(&self) -> u64 {
+        crate::value::word::mask(self.width.into())
+    }
+}
+
 /// What the fields of a shape of records are to a waveform.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Shape {

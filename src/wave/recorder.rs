@@ -6,7 +6,7 @@
 
 use std::io;
 
-use super::batch::Shape;
+use super::batch::{Part, Shape};
 use super::{Batch, Batches, Layout, Sink};
 use crate::value::changes::{self, Change, Written};
 use crate::value::{Word, word};
@@ -69,7 +69,7 @@ pub struct Recorder<F> {
     /// The slots that were changed in this tick.
     touched: Touched,
     /// What batches are made of, as far as they have come.
-    shapes: Vec<Shape>,
+    shapes: Vec<Fields>,
     now: Option<u64>,
     /// The last time that the file has; none before the first values.
     stamped: Option<u64>,
@@ -78,6 +78,51 @@ pub struct Recorder<F> {
 struct Slot {
     start: usize,
     width: u32,
+}
+
+/// The fields of a shape.
+#[derive(Default)]
+struct Fields {
+    /// Where each is to be put, if it is one part; what has several begins among the others.
+    places: Vec<Place>,
+    others: Vec<Place>,
+}
+
+/// Where some bits of a field belong.
+#[derive(Clone, Copy)]
+struct Place {
+    slot: u32,
+    /// The word among the values of all slots.
+    at: u32,
+    mask: u64,
+    from: u8,
+    to: u8,
+    written: Written,
+    /// Whether it is among the others that the parts of a field are, the first of which is `at`, `slot` many.
+    several: bool,
+}
+
+impl Fields {
+    fn new(shape: &Shape, slot_of: &[u32], slots: &[Slot]) -> Fields {
+        let mut fields = Fields::default();
+        for (number, &(written, _)) in shape.fields.iter().enumerate() {
+            let place = |part: &Part| {
+                let slot = slot_of[part.var as usize];
+                let at = slots[slot as usize].start as u32 + part.word;
+                Place { slot, at, mask: part.mask(), from: part.from, to: part.to, written, several: false }
+            };
+            let place = match shape.parts(number) {
+                [part] => place(part),
+                parts => {
+                    let at = fields.others.len() as u32;
+                    fields.others.extend(parts.iter().map(place));
+                    Place { slot: parts.len() as u32, at, mask: 0, from: 0, to: 0, written, several: true }
+                }
+            };
+            fields.places.push(place);
+        }
+        fields
+    }
 }
 
 /// Numbers of slots, each once: a bit for each slot, and one for each word of these.
@@ -244,13 +289,7 @@ impl<F: Format> Sink for Recorder<F> {
 impl<F: Format> Batches for Recorder<F> {
     fn batch(&mut self, batch: Batch) -> io::Result<Vec<u64>> {
         for shape in &batch.shapes[self.shapes.len()..] {
-            let mut shape = Shape::clone(shape);
-            // what was a variable is a slot from here on, and its word one of all
-            for part in &mut shape.parts {
-                part.var = self.slot_of[part.var as usize];
-                part.word += self.slots[part.var as usize].start as u32;
-            }
-            self.shapes.push(shape);
+            self.shapes.push(Fields::new(shape, &self.slot_of, &self.slots));
         }
         changes::read(&batch.words, self)?;
         Ok(batch.words)
@@ -262,25 +301,31 @@ impl<F: Format> changes::Reader for Recorder<F> {
 
     #[inline(always)]
     fn fields(&self, shape: usize) -> usize {
-        self.shapes[shape].fields.len()
+        self.shapes[shape].places.len()
     }
 
     #[inline(always)]
-    fn written(&self, shape: usize, field: usize) -> Written {
-        self.shapes[shape].fields[field].0
-    }
-
-    #[inline(always)]
-    fn record(&mut self, _: usize, time: u64) -> io::Result<()> {
-        self.time(time)
-    }
-
-    #[inline(always)]
-    fn change(&mut self, shape: usize, field: usize, change: Change) {
-        for part in self.shapes[shape].parts(field) {
-            change.put(&mut self.current[part.word as usize], part.from, part.to, u64::MAX >> (64 - part.width));
-            self.touched.insert(part.var as usize);
-        }
+    fn record(&mut self, shape: usize, time: u64, bits: &[u64], values: &[u64]) -> io::Result<usize> {
+        self.time(time)?;
+        let Fields { places, others } = &self.shapes[shape];
+        let (current, touched) = (&mut self.current[..], &mut self.touched);
+        let mut put = |place: &Place, change: Change| {
+            change.put(&mut current[place.at as usize], place.from, place.to, place.mask);
+            touched.insert(place.slot as usize);
+        };
+        let used = changes::each(
+            bits,
+            values,
+            |field| places[field].written,
+            |field, change| {
+                let place = &places[field];
+                if !place.several {
+                    return put(place, change);
+                }
+                others[place.at as usize..][..place.slot as usize].iter().for_each(|place| put(place, change));
+            },
+        );
+        Ok(used)
     }
 }
 

@@ -187,7 +187,7 @@ impl<D: Destination> Format for Vcd<D> {
         let tail = self.tails[slot];
         // the first bit comes first, so the last piece may be too long: what stands behind it is put over that
         let pieces = width.div_ceil(8) as usize;
-        let out = self.room(8 * pieces + 1 + TAIL)?;
+        let out = self.room(8 * pieces.max(8) + 1 + TAIL)?;
         let mut at = 1;
         if width == 1 {
             out[0] = text(words[0].v as u8 & 1, words[0].u as u8 & 1)[7];
@@ -196,8 +196,16 @@ impl<D: Destination> Format for Vcd<D> {
             let (chunks, _) = out[1..].as_chunks_mut::<8>();
             if let (1..=64, [word, ..]) = (width, words) {
                 let (v, u) = (word.v << (64 - width), word.u << (64 - width));
-                let bytes = v.to_be_bytes().into_iter().zip(u.to_be_bytes());
-                chunks.iter_mut().zip(bytes).take(pieces).for_each(|(chunk, (v, u))| *chunk = text(v, u));
+                // in steps that one can foresee, rather than as many as there are
+                let (v, u) = (v.to_be_bytes(), u.to_be_bytes());
+                let mut put = |range: std::ops::Range<usize>| range.for_each(|i| chunks[i] = text(v[i], u[i]));
+                put(0..2);
+                if pieces > 2 {
+                    put(2..4);
+                }
+                if pieces > 4 {
+                    put(4..8);
+                }
             } else {
                 for (i, chunk) in chunks.iter_mut().take(pieces).enumerate() {
                     let (v, u) = byte(words, width as usize - 8 * i);
