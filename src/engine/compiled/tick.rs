@@ -18,7 +18,7 @@ impl CompiledEngine<'_> {
             return None;
         }
         let wanted = Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk };
-        let made = form.ticks(&wanted, slot)?;
+        let made = form.ticks(self.netlist, &wanted, slot)?;
         let net = self.wiring.leaf_net[(slot - self.wiring.leaves.start) as usize];
         let observed = self.observed[net.index()].is_some();
         let done = if level && most >= 2 && !observed {
