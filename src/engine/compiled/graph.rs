@@ -390,8 +390,20 @@ impl Graph {
     }
 
     /// `width` bits from bit `lo` up.
-    pub fn bits(&mut self, a: Id, lo: u32, width: u32) -> Id {
-        let m = self.constant(crate::value::word::mask(width));
+    pub fn bits(&mut self, mut a: Id, mut lo: u32, width: u32) -> Id {
+        let m = crate::value::word::mask(width);
+        // from what they were put together of
+        loop {
+            (a, lo) = match self.op(a) {
+                Op::Or(x, y) if lo < 64 && self.may(x) >> lo & m == 0 => (y, lo),
+                Op::Or(x, y) if lo < 64 && self.may(y) >> lo & m == 0 => (x, lo),
+                Op::Shl(x, k) if lo >= u32::from(k) => (x, lo - u32::from(k)),
+                Op::Shr(x, k) if lo + u32::from(k) < 64 => (x, lo + u32::from(k)),
+                Op::And(x, c) if lo < 64 && self.value(c).is_some_and(|c| c >> lo & m == m) => (x, lo),
+                _ => break,
+            };
+        }
+        let m = self.constant(m);
         let a = self.shr(a, lo);
         self.and(a, m)
     }
@@ -540,30 +552,55 @@ impl Graph {
         }
     }
 
-    /// A node that is `a` wherever `when` is 1.
-    pub fn given(&mut self, when: Id, a: Id) -> Id {
-        // what is 1 then, and what is 0
+    /// What is 1 and what is 0 wherever `when`, a node of 0 or 1, is 1.
+    fn facts(&self, when: Id) -> Map<Id, bool> {
         let (mut facts, mut stack): (Map<Id, bool>, Vec<(Id, bool)>) = (Map::default(), vec![(when, true)]);
         while let Some((node, holds)) = stack.pop() {
-            facts.insert(node, holds);
+            if self.may(node) != 1 || facts.insert(node, holds) == Some(holds) {
+                continue;
+            }
             match self.op(node) {
-                Op::And(x, y) if holds && self.may(node) == 1 => {
-                    // of the other operand only bit 0 is known
-                    stack.extend([x, y].into_iter().filter(|&o| self.may(o) == 1).map(|o| (o, true)));
-                }
-                Op::AndNot(x, y) if holds => {
-                    let of = [(x, true), (y, false)];
-                    stack.extend(of.into_iter().filter(|o| self.may(o.0) == 1));
-                }
+                Op::And(x, y) if holds => stack.extend([(x, true), (y, true)]),
+                Op::AndNot(x, y) if holds => stack.extend([(x, true), (y, false)]),
                 Op::Or(x, y) if !holds => stack.extend([(x, false), (y, false)]),
-                Op::Xor(x, c) if self.is(c, 1) && self.may(x) == 1 => stack.push((x, !holds)),
-                Op::Select(s, x, none) if holds && self.is(none, 0) => {
-                    stack.push((s, true));
-                    stack.extend((self.may(x) == 1).then_some((x, true)));
-                }
+                Op::Xor(x, c) if self.is(c, 1) => stack.push((x, !holds)),
+                Op::Select(s, x, none) if holds && self.is(none, 0) => stack.extend([(s, true), (x, true)]),
                 _ => {}
             }
         }
+        facts
+    }
+
+    /// Whether it is plain that no two of some nodes of 0 or 1 are 1 at once.
+    pub fn exclusive(&self, list: &[Id]) -> bool {
+        let mut before: Vec<Map<Id, bool>> = Vec::new();
+        for &node in list.iter().filter(|&&n| !self.is(n, 0)) {
+            let facts = self.facts(node);
+            let excludes = |other: &Map<Id, bool>| facts.iter().any(|(n, holds)| other.get(n) == Some(&!holds));
+            if !before.iter().all(|other| excludes(other) || self.differ(&facts, other)) {
+                return false;
+            }
+            before.push(facts);
+        }
+        true
+    }
+
+    /// Whether what two nodes say is equal to constants cannot be.
+    fn differ(&self, a: &Map<Id, bool>, b: &Map<Id, bool>) -> bool {
+        let equal = |facts: &Map<Id, bool>| -> Vec<(Id, u64)> {
+            let list = facts.iter().filter(|f| *f.1).filter_map(|f| match self.op(*f.0) {
+                Op::Eq(x, c) => Some((x, self.value(c)?)),
+                _ => None,
+            });
+            list.collect()
+        };
+        let b = equal(b);
+        equal(a).iter().any(|(x, c)| b.iter().any(|(y, d)| x == y && c != d))
+    }
+
+    /// A node that is `a` wherever `when`, a node of 0 or 1, is 1.
+    pub fn given(&self, when: Id, a: Id) -> Id {
+        let facts = self.facts(when);
         let mut at = a;
         while let Op::Select(s, x, y) = self.op(at) {
             match facts.get(&s) {

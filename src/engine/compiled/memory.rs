@@ -162,7 +162,7 @@ pub(super) fn write(g: &mut Graph, m: &Memory, contents: u32, w: &Written) -> Ve
 }
 
 /// What only the bits that are written decide need not be right where none is.
-fn assume_written(g: &mut Graph, put: Put) -> Put {
+fn assume_written(g: &Graph, put: Put) -> Put {
     let Some(when) = g.condition(put.mask) else { return put };
     Put { index: g.given(when, put.index), v: g.given(when, put.v), u: g.given(when, put.u), ..put }
 }
