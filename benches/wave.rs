@@ -154,5 +154,9 @@ fn main() {
         medians[i] = times[i][RUNS / 2] / values * 1e9;
         println!("{name:26}{:>12.1}{:>14.1}", medians[i], bytes[i] as f64 / TICKS as f64);
     }
-    println!("the crates take {:.1} times (VCD) and {:.1} times (FST) as long", medians[1] / medians[0], medians[3] / medians[2]);
+    println!(
+        "the crates take {:.1} times (VCD) and {:.1} times (FST) as long",
+        medians[1] / medians[0],
+        medians[3] / medians[2]
+    );
 }

@@ -14,6 +14,7 @@ use super::changes;
 use super::fuse::Tick;
 use super::graph::{Graph, Id, Map, Op};
 use super::machine::{Circle, Machine};
+use super::memory::Put;
 use super::plan::{Chunk, Half, Plan};
 
 /// Where the generated code finds what it shares with the engine, in halves of slots.
@@ -203,6 +204,12 @@ impl Emit<'_, '_> {
     fn stores(&mut self, number: u32, chunk: &Chunk, shared: Shared) -> Option<Value> {
         // all that is read is read before anything is stored
         let values: Vec<Value> = chunk.stores.iter().map(|s| self.value(s.node)).collect();
+        for put in &chunk.puts {
+            for node in [put.index, put.mask, put.v, put.u] {
+                self.value(node);
+            }
+        }
+        chunk.puts.iter().for_each(|put| self.put(put));
         let mut alarm: Option<Value> = None;
         let mut dirty: Map<u32, Value> = Map::default();
         let mut changed: Map<u32, Value> = Map::default();
@@ -328,14 +335,62 @@ impl Emit<'_, '_> {
                 };
                 self.builder.ins().select(s, a, b)
             }
-            Op::Element { slot, index, plane, .. } => {
-                let index = self.value(index);
-                let bytes = self.builder.ins().ishl_imm(index, 4);
-                let at = self.builder.ins().iadd(self.base, bytes);
-                self.builder.ins().load(types::I64, trusted(), at, offset(2 * slot + u32::from(plane)))
+            Op::Element { slot, index, size, plane } => {
+                let at = self.element(index, size);
+                self.load_element(at, size, offset(2 * slot + u32::from(plane)))
             }
         };
         self.values.insert(id, value);
+    }
+
+    /// Where an element lies after the beginning of its array.
+    fn element(&mut self, index: Id, size: u8) -> Value {
+        let index = self.value(index);
+        if size == 3 {
+            let bytes = self.builder.ins().ishl_imm(index, 4);
+            return self.builder.ins().iadd(self.base, bytes);
+        }
+        // between 8 bytes of a plane there are 8 of the other
+        let bytes = self.builder.ins().ishl_imm(index, i64::from(size));
+        let whole = self.builder.ins().band_imm(bytes, !7);
+        let bytes = self.builder.ins().iadd(bytes, whole);
+        self.builder.ins().iadd(self.base, bytes)
+    }
+
+    fn load_element(&mut self, at: Value, size: u8, offset: i32) -> Value {
+        match size {
+            0 => self.builder.ins().uload8(types::I64, trusted(), at, offset),
+            1 => self.builder.ins().uload16(types::I64, trusted(), at, offset),
+            2 => self.builder.ins().uload32(trusted(), at, offset),
+            _ => self.builder.ins().load(types::I64, trusted(), at, offset),
+        }
+    }
+
+    /// Writes to a memory, where there is anything to write.
+    fn put(&mut self, put: &Put) {
+        let [mask, v, u] = [put.mask, put.v, put.u].map(|node| self.value(node));
+        // the same in both blocks: nothing that the first has may be used in the second
+        let at = self.element(put.index, put.size);
+        let (write, on) = (self.builder.create_block(), self.builder.create_block());
+        self.builder.ins().brif(mask, write, &[], on, &[]);
+        self.builder.seal_block(write);
+        self.builder.switch_to_block(write);
+        for (plane, new) in [(0, v), (1, u)] {
+            let offset = offset(2 * put.slot + plane);
+            let old = self.load_element(at, put.size, offset);
+            let kept = self.builder.ins().band_not(old, mask);
+            let new = self.builder.ins().band(new, mask);
+            let new = self.builder.ins().bor(kept, new);
+            match put.size {
+                0 => self.builder.ins().istore8(trusted(), new, at, offset),
+                1 => self.builder.ins().istore16(trusted(), new, at, offset),
+                2 => self.builder.ins().istore32(trusted(), new, at, offset),
+                _ => self.builder.ins().store(trusted(), new, at, offset),
+            };
+        }
+        self.builder.ins().jump(on, &[]);
+        self.builder.seal_block(on);
+        self.builder.switch_to_block(on);
     }
 
     fn two(

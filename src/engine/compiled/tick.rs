@@ -22,7 +22,7 @@ impl CompiledEngine<'_> {
         // borrows less than `wanted` does
         let shapes = self.tracing.log.shapes.len();
         let wanted = Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk, shapes };
-        let made = form.ticks(&wanted, slot)?;
+        let made = form.ticks(self.netlist, &wanted, slot)?;
         self.tracing.log.shapes.append(&mut made.shapes);
         let net = self.wiring.leaf_net[(slot - self.wiring.leaves.start) as usize];
         let observed = self.observed[net.index()].filter(|&bit| self.stops[bit as usize]);
