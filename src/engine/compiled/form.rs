@@ -1,10 +1,13 @@
 //! Forms of a circuit in machine code: the four-valued one, and those for which some or all of the state is known.
 
+use std::rc::Rc;
+
 use super::codegen::{self, Shared, dirty_bit};
 use super::fuse::{Source, Tick, fuse};
 use super::graph::Map;
 use super::lower::{Level, Lowered, lower};
 use super::machine::{Circle, Machine};
+use super::period::Period;
 use super::plan::{Half, Root, plan};
 use super::wiring::{StatePlaces, Wiring};
 use crate::netlist::{NetId, Netlist};
@@ -38,6 +41,18 @@ pub(super) struct Kept {
 pub(super) struct Ticks {
     pub single: [Circle; 2],
     pub circle: Circle,
+    /// The two in one step on packed state, made when a run turns out to be long.
+    pub period: Option<Option<Box<Period>>>,
+    up: Tick,
+    down: Tick,
+}
+
+impl Ticks {
+    /// The period, if it can be made.
+    pub fn period(&mut self, groups: &[Vec<(u8, Half)>]) -> Option<&mut Period> {
+        let Ticks { up, down, .. } = self;
+        self.period.get_or_insert_with(|| Period::new(&[up, down], groups).map(Box::new)).as_deref_mut()
+    }
 }
 
 /// One form.
@@ -68,6 +83,8 @@ pub(super) struct Form {
     pub groups: Vec<Option<u32>>,
     /// How many waves have run in this form.
     pub waves: u64,
+    /// Single bits of state that people see as words: lanes and value planes.
+    pub buses: Rc<[Vec<(u8, Half)>]>,
 }
 
 /// Nodes up to which ticks are made in one piece.
@@ -139,6 +156,7 @@ impl Form {
             ticks: Map::default(),
             groups: plan.chunks.iter().map(|c| c.group).collect(),
             waves: 0,
+            buses: buses(netlist, w.wiring).into(),
         })
     }
 
@@ -155,12 +173,12 @@ impl Form {
     }
 
     /// The ticks of an input, in machine code; made when they are first asked for.
-    pub fn ticks(&mut self, w: &Wanted<'_>, input: u32) -> Option<&Ticks> {
+    pub fn ticks(&mut self, w: &Wanted<'_>, input: u32) -> Option<&mut Ticks> {
         if !self.ticks.contains_key(&input) {
             let made = self.make_ticks(w, input);
             self.ticks.insert(input, made);
         }
-        self.ticks[&input].as_ref()
+        self.ticks.get_mut(&input)?.as_mut()
     }
 
     fn make_ticks(&self, w: &Wanted<'_>, input: u32) -> Option<Ticks> {
@@ -171,7 +189,8 @@ impl Form {
         let tick = |level| fuse(&Source { lowered, wiring: w.wiring, kept: &kept, allows: &allows, input, level });
         let (up, down) = (tick(true)?, tick(false)?);
         let make = |ticks: &[&Tick]| codegen::compile_circle(ticks, w.shared).ok();
-        Some(Ticks { single: [make(&[&down])?, make(&[&up])?], circle: make(&[&up, &down])? })
+        let (single, circle) = ([make(&[&down])?, make(&[&up])?], make(&[&up, &down])?);
+        Some(Ticks { single, circle, period: None, up, down })
     }
 
     /// Does without the ticks of an input.
@@ -183,6 +202,38 @@ impl Form {
     pub fn is_general(&self) -> bool {
         self.unknown.is_none()
     }
+}
+
+/// Single bits of state that have names as bits of a word, each bit once.
+fn buses(netlist: &Netlist, wiring: &Wiring) -> Vec<Vec<(u8, Half)>> {
+    let mut all: Vec<Vec<(u8, Half)>> = Vec::new();
+    for signal in netlist.signal_ids().filter(|&s| netlist.signal(s).width > 1) {
+        let (mut lane, mut bits) = (0u32, Vec::new());
+        for slice in netlist.bits(signal) {
+            let slot = wiring.slot[slice.net.index()].filter(|slot| wiring.leaves.contains(slot));
+            if let Some(slot) = slot
+                && netlist.net(slice.net).width == 1
+            {
+                bits.push((lane, 2 * slot));
+            }
+            lane += slice.width;
+        }
+        for first in (0..lane).step_by(64) {
+            let part = bits.iter().filter(|b| (first..first + 64).contains(&b.0)).map(|b| ((b.0 - first) as u8, b.1));
+            let part: Vec<(u8, Half)> = part.collect();
+            if part.len() > 1 {
+                all.push(part);
+            }
+        }
+    }
+    all.sort_by_key(|bits| std::cmp::Reverse(bits.len()));
+    let mut taken = Map::default();
+    all.retain_mut(|bits| {
+        bits.retain(|b| !taken.contains_key(&b.1));
+        bits.iter().for_each(|b| _ = taken.insert(b.1, ()));
+        bits.len() > 1
+    });
+    all
 }
 
 pub(super) const DEFAULT_CHUNK: usize = CHUNK;

@@ -11,15 +11,20 @@
 //! computed for them; and again until no clock makes an edge.
 
 mod cells;
+mod chains;
 mod codegen;
 mod form;
 mod four;
 mod fuse;
 mod graph;
+mod identities;
 mod lower;
 mod machine;
+mod pack;
 mod peek;
+mod period;
 mod plan;
+mod prefix;
 mod steps;
 mod tick;
 mod wave;
@@ -113,6 +118,8 @@ pub struct EngineReport {
     pub four_valued: u64,
     /// Forms that were compiled.
     pub forms: u64,
+    /// Waves that ran on state packed into words.
+    pub packed: u64,
 }
 
 #[derive(Clone, Copy, Debug)]
