@@ -73,7 +73,7 @@ pub(super) struct Form {
 }
 
 /// Nodes up to which ticks are made in one piece.
-const FUSED: usize = 24_000;
+const FUSED: usize = 2_400_000;
 
 impl Form {
     /// Compiles a form in which `unknown` slots of state, or all, may hold x or z. `end` is how many slots of memory are
@@ -152,15 +152,15 @@ impl Form {
     }
 
     /// The ticks of an input, in machine code; made when they are first asked for.
-    pub fn ticks(&mut self, netlist: &Netlist, w: &Wanted<'_>, input: u32) -> Option<&Ticks> {
+    pub fn ticks(&mut self, netlist: &Netlist, w: &Wanted<'_>, input: u32, end: &mut u32) -> Option<&Ticks> {
         if !self.ticks.contains_key(&input) {
-            let made = self.make_ticks(netlist, w, input);
+            let made = self.make_ticks(netlist, w, input, end);
             self.ticks.insert(input, made);
         }
         self.ticks[&input].as_ref()
     }
 
-    fn make_ticks(&self, netlist: &Netlist, w: &Wanted<'_>, input: u32) -> Option<Ticks> {
+    fn make_ticks(&self, netlist: &Netlist, w: &Wanted<'_>, input: u32, end: &mut u32) -> Option<Ticks> {
         let lowered = self.lowered.as_ref()?;
         let kept: Vec<(NetId, Option<u32>)> =
             w.kept.iter().filter(|k| self.keeps[k.net.index()]).map(|k| (k.net, k.observed)).collect();
@@ -168,7 +168,18 @@ impl Form {
         let tick =
             |level| fuse(&Source { netlist, lowered, wiring: w.wiring, kept: &kept, allows: &allows, input, level });
         let (up, down) = (tick(true)?, tick(false)?);
-        let make = |ticks: &[&Tick]| codegen::compile_circle(ticks, w.shared).ok();
+        let first = *end;
+        let mut make = |ticks: &[&Tick]| {
+            // what pieces leave each other lies at the same place in all: only one of them runs
+            let mut next = 2 * first;
+            let fresh = || {
+                next += 1;
+                next - 1
+            };
+            let made = codegen::compile_circle(ticks, w.shared, fresh).ok();
+            *end = (*end).max(next.div_ceil(2));
+            made
+        };
         Some(Ticks { single: [make(&[&down])?, make(&[&up])?], circle: make(&[&up, &down])? })
     }
 

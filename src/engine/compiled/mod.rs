@@ -22,6 +22,7 @@ mod machine;
 mod memory;
 mod peek;
 mod plan;
+mod segments;
 mod steps;
 mod tick;
 mod wave;

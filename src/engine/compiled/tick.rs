@@ -18,7 +18,9 @@ impl CompiledEngine<'_> {
             return None;
         }
         let wanted = Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk };
-        let made = form.ticks(self.netlist, &wanted, slot)?;
+        let mut end = self.memory.len() as u32;
+        let made = form.ticks(self.netlist, &wanted, slot, &mut end)?;
+        self.memory.resize(end as usize, Word::ZERO);
         let net = self.wiring.leaf_net[(slot - self.wiring.leaves.start) as usize];
         let observed = self.observed[net.index()].is_some();
         let done = if level && most >= 2 && !observed {
