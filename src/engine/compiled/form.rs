@@ -8,7 +8,7 @@ use super::graph::Map;
 use super::lower::{Level, Lowered, lower};
 use super::machine::{Circle, Machine};
 use super::period::Period;
-use super::plan::{Half, Root, plan};
+use super::plan::{Half, Plan, Root, plan};
 use super::wiring::{StatePlaces, Wiring};
 use crate::netlist::{NetId, Netlist};
 
@@ -49,9 +49,9 @@ pub(super) struct Ticks {
 
 impl Ticks {
     /// The period, if it can be made.
-    pub fn period(&mut self, groups: &[Vec<(u8, Half)>]) -> Option<&mut Period> {
+    pub fn period(&mut self, groups: &[Vec<(u8, Half)>], end: &mut u32) -> Option<&mut Period> {
         let Ticks { up, down, .. } = self;
-        self.period.get_or_insert_with(|| Period::new(&[up, down], groups).map(Box::new)).as_deref_mut()
+        self.period.get_or_insert_with(|| Period::new(&[up, down], groups, end).map(Box::new)).as_deref_mut()
     }
 }
 
@@ -65,6 +65,8 @@ pub(super) struct Form {
     /// For each slot of state where in `wakes` the dirty words and bits begin that a change sets.
     wakes_start: Vec<u32>,
     wakes: Vec<(u32, u64)>,
+    /// The same for the contents of each memory.
+    pub memory_wakes: Vec<Vec<(u32, u64)>>,
     first_leaf: u32,
     /// What is constant: where it belongs, its value, the bit that tells of a change.
     pub constants: Vec<(Half, u64, Option<u32>)>,
@@ -88,7 +90,7 @@ pub(super) struct Form {
 }
 
 /// Nodes up to which ticks are made in one piece.
-const FUSED: usize = 24_000;
+const FUSED: usize = 2_400_000;
 
 impl Form {
     /// Compiles a form in which `unknown` slots of state, or all, may hold x or z. `end` is how many slots of memory are
@@ -125,16 +127,10 @@ impl Form {
         let machine = codegen::compile(graph, &plan, Shared { dirty, ..w.shared })?;
         let (mut wakes_start, mut wakes) = (vec![0], Vec::new());
         for slot in w.wiring.leaves.clone() {
-            let first = wakes.len();
-            for &chunk in plan.readers.get(&slot).map_or(&[][..], Vec::as_slice) {
-                let (word, bit) = dirty_bit(plan.settling, chunk);
-                match wakes[first..].iter_mut().find(|l: &&mut (u32, u64)| l.0 == word) {
-                    Some(found) => found.1 |= bit,
-                    None => wakes.push((word, bit)),
-                }
-            }
+            wakes.extend(woken(&plan, slot));
             wakes_start.push(wakes.len() as u32);
         }
+        let memory_wakes = w.wiring.memories.iter().map(|m| woken(&plan, m.contents)).collect();
         let first_leaf = w.wiring.leaves.start;
         let constants = plan.constants.iter().map(|(root, n)| (root.half, *n, root.observed)).collect();
         let fixed = plan.constants.iter().filter(|(root, _)| w.wiring.leaves.contains(&(root.half / 2)));
@@ -146,6 +142,7 @@ impl Form {
             dirty,
             wakes_start,
             wakes,
+            memory_wakes,
             first_leaf,
             constants,
             fixed,
@@ -173,22 +170,34 @@ impl Form {
     }
 
     /// The ticks of an input, in machine code; made when they are first asked for.
-    pub fn ticks(&mut self, w: &Wanted<'_>, input: u32) -> Option<&mut Ticks> {
+    pub fn ticks(&mut self, netlist: &Netlist, w: &Wanted<'_>, input: u32, end: &mut u32) -> Option<&mut Ticks> {
         if !self.ticks.contains_key(&input) {
-            let made = self.make_ticks(w, input);
+            let made = self.make_ticks(netlist, w, input, end);
             self.ticks.insert(input, made);
         }
         self.ticks.get_mut(&input)?.as_mut()
     }
 
-    fn make_ticks(&self, w: &Wanted<'_>, input: u32) -> Option<Ticks> {
+    fn make_ticks(&self, netlist: &Netlist, w: &Wanted<'_>, input: u32, end: &mut u32) -> Option<Ticks> {
         let lowered = self.lowered.as_ref()?;
         let kept: Vec<(NetId, Option<u32>)> =
             w.kept.iter().filter(|k| self.keeps[k.net.index()]).map(|k| (k.net, k.observed)).collect();
         let allows = |slot| self.allows(slot);
-        let tick = |level| fuse(&Source { lowered, wiring: w.wiring, kept: &kept, allows: &allows, input, level });
+        let tick =
+            |level| fuse(&Source { netlist, lowered, wiring: w.wiring, kept: &kept, allows: &allows, input, level });
         let (up, down) = (tick(true)?, tick(false)?);
-        let make = |ticks: &[&Tick]| codegen::compile_circle(ticks, w.shared).ok();
+        let first = *end;
+        let mut make = |ticks: &[&Tick]| {
+            // what pieces leave each other lies at the same place in all: only one of them runs
+            let mut next = 2 * first;
+            let fresh = || {
+                next += 1;
+                next - 1
+            };
+            let made = codegen::compile_circle(ticks, w.shared, fresh).ok();
+            *end = (*end).max(next.div_ceil(2));
+            made
+        };
         let (single, circle) = ([make(&[&down])?, make(&[&up])?], make(&[&up, &down])?);
         Some(Ticks { single, circle, period: None, up, down })
     }
@@ -238,6 +247,19 @@ fn buses(netlist: &Netlist, wiring: &Wiring) -> Vec<Vec<(u8, Half)>> {
 
 pub(super) const DEFAULT_CHUNK: usize = CHUNK;
 
+/// The dirty words and bits that a change of a slot sets.
+fn woken(plan: &Plan, slot: u32) -> Vec<(u32, u64)> {
+    let mut wakes: Vec<(u32, u64)> = Vec::new();
+    for &chunk in plan.readers.get(&slot).map_or(&[][..], Vec::as_slice) {
+        let (word, bit) = dirty_bit(plan.settling, chunk);
+        match wakes.iter_mut().find(|l| l.0 == word) {
+            Some(found) => found.1 |= bit,
+            None => wakes.push((word, bit)),
+        }
+    }
+    wakes
+}
+
 /// What is wanted in memory once settled, and before an edge.
 fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(u32) -> bool, keeps: &[bool]) -> (Vec<Root>, Vec<Root>) {
     let (mut settling, mut sampled) = (Vec::new(), Vec::new());
@@ -246,11 +268,10 @@ fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(u32) -> bool, keeps: &[bool])
         observed[k.net.index()] = k.observed;
     }
     let mut is_level = vec![false; l.nets.len()];
-    for (number, Level { net, value, group, .. }) in l.levels.iter().enumerate() {
-        is_level[net.index()] = true;
-        let slot = w.wiring.slot[net.index()].expect("state has a place");
+    for (number, Level { slot, net, value, group, .. }) in l.levels.iter().enumerate() {
+        net.iter().for_each(|net| is_level[net.index()] = true);
         for (i, two) in (0..).zip(value) {
-            let (slot, observed) = (slot + i, observed[net.index()]);
+            let (slot, observed) = (slot + i, net.and_then(|net| observed[net.index()]));
             let root = Root {
                 node: two.v,
                 half: 2 * slot,
@@ -289,7 +310,7 @@ fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(u32) -> bool, keeps: &[bool])
         }
     }
     for (next, stored) in l.next.iter().zip(&w.wiring.stored) {
-        debug_assert_eq!((next.cell, next.value.len()), (stored.cell, stored.words as usize));
+        debug_assert_eq!((next.cell, next.value.len()), (stored.cell, stored.sampled as usize));
         for (i, two) in (0..).zip(&next.value) {
             let root = Root {
                 node: two.v,

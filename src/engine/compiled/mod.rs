@@ -13,6 +13,7 @@
 mod cells;
 mod chains;
 mod codegen;
+mod contents;
 mod form;
 mod four;
 mod fuse;
@@ -20,11 +21,13 @@ mod graph;
 mod identities;
 mod lower;
 mod machine;
+mod memory;
 mod pack;
 mod peek;
 mod period;
 mod plan;
 mod prefix;
+mod segments;
 mod steps;
 mod tick;
 mod wave;
@@ -40,7 +43,7 @@ use crate::value::word::words;
 
 use codegen::Shared;
 use form::{DEFAULT_CHUNK, Form, Kept};
-use peek::Peeked;
+use peek::{Held, Keeps, Peeked};
 use steps::Steps;
 use wiring::Wiring;
 
@@ -140,6 +143,8 @@ struct Source {
 
 /// The largest netlist that is compiled, in words of its nets: places are counted in 32 bits.
 const MOST_WORDS: usize = 1 << 22;
+/// The same for its memories.
+const MOST_CONTENTS: usize = 1 << 24;
 
 impl<'n> CompiledEngine<'n> {
     /// Whether the engine can run a netlist, and if not, why.
@@ -148,6 +153,10 @@ impl<'n> CompiledEngine<'n> {
     /// What the netlist has that is not compiled.
     pub fn supports(netlist: &Netlist) -> Result<(), String> {
         let order = netlist.order();
+        let in_loops = order.groups.iter().flat_map(|g| &order.sequence[g.clone()]);
+        if let Some(cell) = in_loops.copied().find(|&c| matches!(netlist.cell(c).kind, CellKind::Memory(_))) {
+            return Err(format!("it has combinational feedback through a memory (`{}`)", netlist.cell_path(cell)));
+        }
         if let Some(group) = order.groups.iter().find(|g| g.len() > lower::LOOP) {
             let first = netlist.cell_path(order.sequence[group.start]);
             return Err(format!("it has combinational feedback through {} cells (`{first}` …)", group.len()));
@@ -159,6 +168,13 @@ impl<'n> CompiledEngine<'n> {
         }
         if netlist.nets().iter().map(|net| words(net.width)).sum::<usize>() > MOST_WORDS {
             return Err(format!("its nets have more than {MOST_WORDS} words of 64 bits"));
+        }
+        let contents = netlist.cells().iter().map(|cell| match &cell.kind {
+            CellKind::Memory(memory) => memory.init.len(),
+            _ => 0,
+        });
+        if contents.sum::<usize>() > MOST_CONTENTS {
+            return Err(format!("its memories have more than {MOST_CONTENTS} words of 64 bits"));
         }
         codegen::available()
     }
@@ -215,7 +231,7 @@ impl<'n> CompiledEngine<'n> {
             active: Vec::new(),
             changes: Vec::new(),
             listed: vec![false; netlist.nets().len()],
-            peeked: Peeked::new(netlist.nets().len()),
+            peeked: Peeked::new(netlist, &wiring),
             loop_runs: vec![0; wiring.loops.len()],
             steps: Steps::default(),
             endless: Vec::new(),
@@ -251,9 +267,10 @@ impl<'n> CompiledEngine<'n> {
         for i in 0..engine.wiring.leaf_net.len() {
             let net = engine.wiring.leaf_net[i];
             let slot = engine.wiring.leaves.start + i as u32;
-            let word = slot - engine.wiring.slot[net.index()].expect("state has a place");
-            engine.memory[slot as usize] = from.read(net)[word as usize];
+            let Some(first) = engine.wiring.slot[net.index()] else { continue };
+            engine.memory[slot as usize] = from.read(net)[(slot - first) as usize];
         }
+        engine.take_contents(from);
         engine.now = from.now();
         engine.started = true;
         let seen: HashMap<(NetId, u32, bool), bool> =
@@ -333,16 +350,6 @@ impl<'n> CompiledEngine<'n> {
         let net = self.wiring.leaf_net[(slot - self.wiring.leaves.start) as usize];
         self.put(slot, net, new);
     }
-
-    fn held(&self, net: NetId) -> Option<&[Word]> {
-        let slot = self.wiring.slot[net.index()]?;
-        let keeps = self.current.is_none_or(|n| self.forms[n].keeps[net.index()]);
-        if !keeps && !self.wiring.leaves.contains(&slot) {
-            return None;
-        }
-        let slot = slot as usize;
-        Some(&self.memory[slot..slot + words(self.netlist.net(net).width)])
-    }
 }
 
 impl Engine for CompiledEngine<'_> {
@@ -351,7 +358,12 @@ impl Engine for CompiledEngine<'_> {
     }
 
     fn read(&self, net: NetId) -> &[Word] {
-        self.peeked.read(self.netlist, &|net| self.held(net), net)
+        let keeps = self.current.map_or(Keeps::All, |n| Keeps::These(&self.forms[n].keeps));
+        let held = Held { netlist: self.netlist, wiring: &self.wiring, memory: &self.memory, keeps };
+        match held.net(net) {
+            Some(value) => value,
+            None => self.peeked.read(&held, net),
+        }
     }
 
     fn observe(&mut self, net: NetId) {

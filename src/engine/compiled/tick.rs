@@ -20,13 +20,18 @@ impl CompiledEngine<'_> {
         }
         let wanted = Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk };
         let buses = form.buses.clone();
-        let made = form.ticks(&wanted, slot)?;
+        let mut end = self.memory.len() as u32;
+        let made = form.ticks(self.netlist, &wanted, slot, &mut end)?;
+        self.memory.resize(end as usize, Word::ZERO);
         let net = self.wiring.leaf_net[(slot - self.wiring.leaves.start) as usize];
         let observed = self.observed[net.index()].is_some();
         let done = if level && most >= 2 && !observed {
             let rounds = most / 2;
             let packed = match rounds {
-                SHORT.. => made.period(&buses).map_or(0, |p| p.run(&mut self.memory, rounds)),
+                SHORT.. => made.period(&buses, &mut end).map_or(0, |p| {
+                    self.memory.resize(end as usize, Word::ZERO);
+                    p.run(&mut self.memory, rounds)
+                }),
                 _ => 0,
             };
             self.report.packed += 2 * packed;

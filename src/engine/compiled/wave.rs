@@ -1,6 +1,7 @@
 //! Waves: which form runs, chunks in order, edges and what is taken at them.
 
 use super::form::{Form, Wanted};
+use super::wiring::Part;
 use super::{CompiledEngine, ENDLESS, STEPS_COMPILED, bit_of, codegen, half, set_bit};
 use crate::engine::{UnknownControl, Unsettled};
 use crate::netlist::NetId;
@@ -247,8 +248,14 @@ impl CompiledEngine<'_> {
     /// Lets the cells listed take what was computed for them.
     pub(super) fn commit(&mut self) {
         let none_fixed = self.forms[self.current.expect("there is a form")].fixed.is_empty();
+        if !self.wiring.memories.is_empty() {
+            self.commit_ports();
+        }
         for i in 0..self.active.len() {
             let s = self.wiring.stored[self.active[i] as usize];
+            if s.part != Part::Whole {
+                continue;
+            }
             for k in 0..s.words {
                 let mut new = self.memory[(s.stage + k) as usize];
                 if !none_fixed {
@@ -318,8 +325,18 @@ impl CompiledEngine<'_> {
         for _ in 0..64 {
             for &number in &self.active {
                 let s = self.wiring.stored[number as usize];
-                let differs =
-                    (0..s.words).any(|k| self.memory[(s.slot + k) as usize] != self.memory[(s.stage + k) as usize]);
+                let old = &self.memory[s.slot as usize..][..s.words as usize];
+                let differs = match s.part {
+                    Part::Whole => *old != self.memory[s.stage as usize..][..s.words as usize],
+                    Part::Read(_) => {
+                        let mut ports: Vec<u32> =
+                            self.active.iter().copied().filter(|&n| self.stored(n).cell == s.cell).collect();
+                        ports.sort_unstable();
+                        ports.dedup();
+                        *old != *self.port_reads(s, &ports)
+                    }
+                    Part::Write(_) => false,
+                };
                 if differs {
                     nets.push(s.net);
                 }
