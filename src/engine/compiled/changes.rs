@@ -192,7 +192,7 @@ pub(super) struct Traced {
 }
 
 /// What a tick writes down.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Record {
     pub shape: usize,
     /// What the input becomes.

@@ -1,11 +1,14 @@
 //! Forms of a circuit in machine code: the four-valued one, and those for which some or all of the state is known.
 
+use std::rc::Rc;
+
 use super::changes;
 use super::codegen::{self, Shared, dirty_bit};
 use super::fuse::{Source, Tick, fuse};
 use super::graph::Map;
 use super::lower::{Level, Lowered, lower};
 use super::machine::{Circle, Machine};
+use super::period::Period;
 use super::plan::{Half, Plan, Root, plan};
 use super::wiring::{StatePlaces, Wiring};
 use crate::engine::Field;
@@ -49,6 +52,18 @@ pub(super) struct Ticks {
     pub longest: usize,
     /// The fields of their records, until they are given to the log.
     pub shapes: Vec<Box<[Field]>>,
+    /// The two in one step on packed state, made when a run turns out to be long.
+    pub period: Option<Option<Box<Period>>>,
+    up: Tick,
+    down: Tick,
+}
+
+impl Ticks {
+    /// The period, if it can be made.
+    pub fn period(&mut self, groups: &[Vec<(u8, Half)>], end: &mut u32) -> Option<&mut Period> {
+        let Ticks { up, down, .. } = self;
+        self.period.get_or_insert_with(|| Period::new(&[up, down], groups, end).map(Box::new)).as_deref_mut()
+    }
 }
 
 /// One form.
@@ -81,10 +96,12 @@ pub(super) struct Form {
     pub groups: Vec<Option<u32>>,
     /// How many waves have run in this form.
     pub waves: u64,
+    /// Single bits of state that people see as words: lanes and value planes.
+    pub buses: Rc<[Vec<(u8, Half)>]>,
 }
 
 /// Nodes up to which ticks are made in one piece.
-const FUSED: usize = 24_000;
+const FUSED: usize = 2_400_000;
 
 impl Form {
     /// Compiles a form in which `unknown` slots of state, or all, may hold x or z. `end` is how many slots of memory are
@@ -147,6 +164,7 @@ impl Form {
             ticks: Map::default(),
             groups: plan.chunks.iter().map(|c| c.group).collect(),
             waves: 0,
+            buses: buses(netlist, w.wiring).into(),
         })
     }
 
@@ -163,15 +181,15 @@ impl Form {
     }
 
     /// The ticks of an input, in machine code; made when they are first asked for.
-    pub fn ticks(&mut self, netlist: &Netlist, w: &Wanted<'_>, input: u32) -> Option<&mut Ticks> {
+    pub fn ticks(&mut self, netlist: &Netlist, w: &Wanted<'_>, input: u32, end: &mut u32) -> Option<&mut Ticks> {
         if !self.ticks.contains_key(&input) {
-            let made = self.make_ticks(netlist, w, input);
+            let made = self.make_ticks(netlist, w, input, end);
             self.ticks.insert(input, made);
         }
         self.ticks.get_mut(&input)?.as_mut()
     }
 
-    fn make_ticks(&self, netlist: &Netlist, w: &Wanted<'_>, input: u32) -> Option<Ticks> {
+    fn make_ticks(&self, netlist: &Netlist, w: &Wanted<'_>, input: u32, end: &mut u32) -> Option<Ticks> {
         let lowered = self.lowered.as_ref()?;
         let kept: Vec<Kept> = w.kept.iter().copied().filter(|k| self.keeps[k.net.index()]).collect();
         let allows = |slot| self.allows(slot);
@@ -187,9 +205,20 @@ impl Form {
         if longest > changes::ROOM {
             return None;
         }
-        let make = |ticks: &[&Tick]| codegen::compile_circle(ticks, w.shared).ok();
+        let first = *end;
+        let mut make = |ticks: &[&Tick]| {
+            // what pieces leave each other lies at the same place in all: only one of them runs
+            let mut next = 2 * first;
+            let fresh = || {
+                next += 1;
+                next - 1
+            };
+            let made = codegen::compile_circle(ticks, w.shared, fresh).ok();
+            *end = (*end).max(next.div_ceil(2));
+            made
+        };
         let (single, circle) = ([make(&[&down])?, make(&[&up])?], make(&[&up, &down])?);
-        Some(Ticks { single, circle, longest, shapes })
+        Some(Ticks { single, circle, longest, shapes, period: None, up, down })
     }
 
     /// Does without the ticks of an input.
@@ -201,6 +230,38 @@ impl Form {
     pub fn is_general(&self) -> bool {
         self.unknown.is_none()
     }
+}
+
+/// Single bits of state that have names as bits of a word, each bit once.
+fn buses(netlist: &Netlist, wiring: &Wiring) -> Vec<Vec<(u8, Half)>> {
+    let mut all: Vec<Vec<(u8, Half)>> = Vec::new();
+    for signal in netlist.signal_ids().filter(|&s| netlist.signal(s).width > 1) {
+        let (mut lane, mut bits) = (0u32, Vec::new());
+        for slice in netlist.bits(signal) {
+            let slot = wiring.slot[slice.net.index()].filter(|slot| wiring.leaves.contains(slot));
+            if let Some(slot) = slot
+                && netlist.net(slice.net).width == 1
+            {
+                bits.push((lane, 2 * slot));
+            }
+            lane += slice.width;
+        }
+        for first in (0..lane).step_by(64) {
+            let part = bits.iter().filter(|b| (first..first + 64).contains(&b.0)).map(|b| ((b.0 - first) as u8, b.1));
+            let part: Vec<(u8, Half)> = part.collect();
+            if part.len() > 1 {
+                all.push(part);
+            }
+        }
+    }
+    all.sort_by_key(|bits| std::cmp::Reverse(bits.len()));
+    let mut taken = Map::default();
+    all.retain_mut(|bits| {
+        bits.retain(|b| !taken.contains_key(&b.1));
+        bits.iter().for_each(|b| _ = taken.insert(b.1, ()));
+        bits.len() > 1
+    });
+    all
 }
 
 pub(super) const DEFAULT_CHUNK: usize = CHUNK;
