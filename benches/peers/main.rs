@@ -1,7 +1,7 @@
 //! This simulator beside Verilator, CXXRTL and Icarus Verilog on the same netlists (docs/speed.md).
 //!
 //!     benches/peers/install.sh
-//!     cargo bench --bench peers [-- [DESIGN…] [--quick] [--no-trace] [--resume]]
+//!     cargo bench --bench peers [-- [DESIGN…] [--quick] [--no-trace] [--build] [--resume]]
 //!
 //! Prints tables of Markdown, and leaves the figures in target/peers/results.json.
 
@@ -16,7 +16,7 @@ use std::process::{Command, ExitCode};
 use measure::{Effort, Measured};
 use peers::{Simulator, Trace};
 
-const USAGE: &str = "cargo bench --bench peers [-- [DESIGN…] [--quick] [--no-trace] [--resume]]
+const USAGE: &str = "cargo bench --bench peers [-- [DESIGN…] [--quick] [--no-trace] [--build] [--resume]]
 
   DESIGN      one of these, by default all:";
 
@@ -33,12 +33,13 @@ fn machine() -> String {
 }
 
 fn main() -> ExitCode {
-    let (mut chosen, mut quick, mut traces, mut resume) = (Vec::new(), false, true, false);
+    let (mut chosen, mut quick, mut traces, mut resume, mut only) = (Vec::new(), false, true, false, false);
     for argument in std::env::args().skip(1) {
         match argument.as_str() {
             "--bench" => {} // from cargo
             "--quick" => quick = true,
             "--no-trace" => traces = false,
+            "--build" => only = true,
             "--resume" => resume = true,
             name => match workload::ALL.iter().find(|w| w.name == name) {
                 Some(workload) => chosen.push(workload),
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
                     }
                     eprintln!(
                         "  --quick     shorter runs, and fewer\n  --no-trace  no waveforms\n  \
+                         --build     build everything, and run nothing\n  \
                          --resume    leave out what target/peers/results.json has"
                     );
                     return ExitCode::from(2);
@@ -86,6 +88,16 @@ fn main() -> ExitCode {
                 return ExitCode::FAILURE;
             }
         };
+        if only {
+            for trace in Trace::ALL.into_iter().filter(|&t| t == Trace::Nothing || traces && workload.traced) {
+                for simulator in Simulator::ALL {
+                    if let Err(why) = measure::ready(simulator, &design, trace) {
+                        eprintln!("{}, {}: {}: {why}", workload.name, trace.name(), simulator.name());
+                    }
+                }
+            }
+            continue;
+        }
         let mut all = Measured {
             workload: workload.name.into(),
             title: workload.title.into(),

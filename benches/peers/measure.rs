@@ -114,11 +114,10 @@ pub fn measure(design: &Design, trace: Trace, effort: &Effort) -> Vec<Figures> {
     let file = waveform(trace);
     for _ in 0..effort.runs {
         for candidate in &mut candidates {
-            let run = process::run(&candidate.ready.command(candidate.cycles, file.as_deref()));
-            match run.and_then(|run| Ok((candidate.ready.result(&run.output)?, run))) {
-                Ok(((sum, engine), run)) => {
-                    candidate.times.push(run.seconds - candidate.start);
-                    candidate.figures.peak = candidate.figures.peak.max(run.peak);
+            let command = candidate.ready.command(candidate.cycles, file.as_deref());
+            match process::timed(&command).and_then(|(t, said)| Ok((t, candidate.ready.result(&said)?))) {
+                Ok((seconds, (sum, engine))) => {
+                    candidate.times.push(seconds - candidate.start);
                     candidate.figures.engine = engine;
                     candidate.sum = Some(sum);
                 }
@@ -133,6 +132,11 @@ pub fn measure(design: &Design, trace: Trace, effort: &Effort) -> Vec<Figures> {
                 let _ = std::fs::remove_file(file);
             }
         }
+    }
+    for candidate in &mut candidates {
+        let command = candidate.ready.command(candidate.cycles, file.as_deref());
+        candidate.figures.peak = process::run(&command).map_or(0, |run| run.peak);
+        file.as_ref().map(std::fs::remove_file);
     }
     if let Err(why) = compare(&candidates) {
         eprintln!("{}, {}: not the same: {why}", design.workload.name, trace.name());
@@ -153,6 +157,14 @@ pub fn measure(design: &Design, trace: Trace, effort: &Effort) -> Vec<Figures> {
     result
 }
 
+/// Builds one, unless that is known to take too long.
+pub fn ready(simulator: Simulator, design: &Design, trace: Trace) -> Result<Ready, String> {
+    if design.workload.large && simulator == Simulator::Cxxrtl {
+        return Err("left out: a sixteenth of it takes minutes to compile".to_owned());
+    }
+    simulator.prepare(design, trace)
+}
+
 /// Builds one, and finds how long a run takes.
 fn candidate(
     simulator: Simulator,
@@ -161,22 +173,18 @@ fn candidate(
     effort: &Effort,
     mut figures: Figures,
 ) -> Result<Candidate, String> {
-    if design.workload.large && simulator == Simulator::Cxxrtl {
-        return Err("left out: a sixteenth of it takes minutes to compile".to_owned());
-    }
-    let ready = simulator.prepare(design, trace)?;
+    let ready = ready(simulator, design, trace)?;
     let file = waveform(trace);
-    let run = |cycles| process::run(&ready.command(cycles, file.as_deref()));
+    let run = |cycles| process::timed(&ready.command(cycles, file.as_deref())).map(|r| r.0);
     let mut starts = Vec::new();
     for _ in 0..3 {
-        starts.push(run(1)?.seconds);
+        starts.push(run(1)?);
     }
     let start = median(&mut starts);
     figures.first = ready.seconds + start;
     let mut cycles = 1000;
     loop {
-        let run = run(cycles)?;
-        let steady = (run.seconds - start).max(1e-4);
+        let steady = (run(cycles)? - start).max(1e-4);
         if steady > effort.seconds / 8.0 {
             cycles = round(cycles as f64 * effort.seconds / steady);
             break;

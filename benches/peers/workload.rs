@@ -30,15 +30,15 @@ const fn design(name: &'static str, title: &'static str, top: &'static str, para
 
 /// All of them, in the order of the table.
 pub const ALL: [Workload; 9] = [
-    design("line8", "line, 8 bits", "line", "-set W 8"),
-    Workload { traced: true, ..design("line16", "line, 16 bits", "line", "-set W 16") },
-    Workload { gates: true, ..design("line8-gates", "line, 8 bits, gates", "line", "-set W 8") },
-    Workload { gates: true, traced: true, ..design("line16-gates", "line, 16 bits, gates", "line", "-set W 16") },
-    Workload { traced: true, ..design("cpu", "RISC-V computer", "cpus", "-set N 1") },
-    Workload { gates: true, traced: true, ..design("cpu-gates", "RISC-V computer, gates", "cpus", "-set N 1") },
-    design("cpu16", "16 computers", "cpus", "-set N 16"),
-    design("cpu64", "64 computers", "cpus", "-set N 64"),
-    Workload { gates: true, large: true, ..design("cpu16-gates", "16 computers, gates", "cpus", "-set N 16") },
+    design("line8", "line, 8 bits", "line", "W 8"),
+    Workload { traced: true, ..design("line16", "line, 16 bits", "line", "W 16") },
+    Workload { gates: true, ..design("line8-gates", "line, 8 bits, gates", "line", "W 8") },
+    Workload { gates: true, traced: true, ..design("line16-gates", "line, 16 bits, gates", "line", "W 16") },
+    Workload { traced: true, ..design("cpu", "RISC-V computer", "cpus", "N 1") },
+    Workload { gates: true, traced: true, ..design("cpu-gates", "RISC-V computer, gates", "cpus", "N 1") },
+    design("cpu16", "16 computers", "cpus", "N 16"),
+    design("cpu64", "64 computers", "cpus", "N 64"),
+    Workload { gates: true, large: true, ..design("cpu16-gates", "16 computers, gates", "cpus", "N 16") },
 ];
 
 /// To gates of two inputs, multiplexers and plain flip-flops. The registers of a computer become flip-flops, its 16 KiB
@@ -75,15 +75,18 @@ pub fn prepare(workload: &'static Workload) -> Result<Design, String> {
     };
     let names: Vec<&str> = sources.iter().map(|s| s.rsplit('/').next().unwrap_or(s)).collect();
     let verilog: Vec<&str> = names.iter().copied().filter(|n| n.ends_with(".v")).collect();
-    let program = if workload.top == "cpus" { "-set PROGRAM \"long.hex\" " } else { "" };
-    let script = format!(
-        "read_verilog {}; chparam {} {program}{top}; hierarchy -top {top}; {}; write_json design.json; \
-         write_verilog -noattr design.v; write_rtlil design.il",
-        verilog.join(" "),
-        workload.parameters,
-        if workload.gates { TO_GATES } else { "prep" },
-        top = workload.top
-    );
+    let (parameters, top) = (workload.parameters, workload.top);
+    let read = match top {
+        "line" => format!("read_verilog line.v; chparam -set {parameters} line"),
+        // put off, so that there is no need of the program that it would have by default
+        _ => format!(
+            "read_verilog -defer {}; chparam -set {parameters} -set PROGRAM \"long.hex\" {top}",
+            verilog.join(" ")
+        ),
+    };
+    let mapped = if workload.gates { TO_GATES } else { "prep" };
+    let write = "write_json design.json; write_verilog -noattr design.v; write_rtlil design.il";
+    let script = format!("{read}; hierarchy -top {top}; {mapped}; {write}");
     let mut parts = vec![script.clone(), SCENARIO.to_owned()];
     for source in sources {
         parts.push(std::fs::read_to_string(root.join(source)).map_err(|e| format!("{source}: {e}"))?);
