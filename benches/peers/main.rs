@@ -117,5 +117,7 @@ fn main() -> ExitCode {
         }
     }
     print!("{}", table::tables(&measured));
-    ExitCode::SUCCESS
+    let figures = measured.iter().flat_map(|m| &m.figures);
+    let wrong = figures.filter(|f| f.missing.as_deref().is_some_and(|w| w.starts_with("wrong"))).count();
+    if wrong > 0 { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }

@@ -163,7 +163,7 @@ impl Simulator {
             }
             Simulator::Discreta | Simulator::Event => {
                 let mut ready = ready(0.0, PathBuf::from(env!("CARGO_BIN_EXE_discreta")));
-                if let Err(why) = process::run(&ready.command(1, None)) {
+                if let Err(why) = process::timed(&ready.command(1, None)) {
                     if !why.contains("cannot be compiled") {
                         return Err(why);
                     }

@@ -87,13 +87,6 @@ pub fn build(name: &str, commands: impl FnOnce(&Path) -> Result<Vec<Command>, St
     }
 }
 
-/// A finished run.
-pub struct Run {
-    /// The most memory that it had at once, in bytes.
-    pub peak: u64,
-    pub output: String,
-}
-
 /// Runs a command, and tells how many seconds of the clock or, where that is less, of processors it took, and what it
 /// printed. `bash` measures in milliseconds, alone what the command takes.
 pub fn timed(command: &Command) -> Result<(f64, String), String> {
@@ -112,8 +105,8 @@ pub fn timed(command: &Command) -> Result<(f64, String), String> {
     }
 }
 
-/// Runs a command, and tells how much memory it took.
-pub fn run(command: &Command) -> Result<Run, String> {
+/// Runs a command, and tells the most memory that it had at once, in bytes.
+pub fn peak(command: &Command) -> Result<u64, String> {
     let program = Path::new(command.get_program()).file_name().unwrap_or_default().to_string_lossy().into_owned();
     let mut child = Command::new(command.get_program());
     child.args(command.get_args()).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -143,7 +136,7 @@ pub fn run(command: &Command) -> Result<Run, String> {
         let said = String::from_utf8_lossy(&output.stderr);
         return Err(format!("{program} ends with {}: {}", output.status, said.lines().next().unwrap_or_default()));
     }
-    Ok(Run { peak: peak.into_inner(), output: String::from_utf8_lossy(&output.stdout).into_owned() })
+    Ok(peak.into_inner())
 }
 
 /// The line of `/proc/N/status` about the most memory.

@@ -29,11 +29,13 @@ const fn design(name: &'static str, title: &'static str, top: &'static str, para
 }
 
 /// All of them, in the order of the table.
-pub const ALL: [Workload; 9] = [
+pub const ALL: [Workload; 11] = [
     design("line8", "line, 8 bits", "line", "W 8"),
     Workload { traced: true, ..design("line16", "line, 16 bits", "line", "W 16") },
     Workload { gates: true, ..design("line8-gates", "line, 8 bits, gates", "line", "W 8") },
     Workload { gates: true, traced: true, ..design("line16-gates", "line, 16 bits, gates", "line", "W 16") },
+    design("circuit16", "shipped line circuit, 16 bits", "shipped", "W 16"),
+    Workload { gates: true, ..design("circuit16-gates", "shipped line circuit, gates", "shipped", "W 16") },
     Workload { traced: true, ..design("cpu", "RISC-V computer", "cpus", "N 1") },
     Workload { gates: true, traced: true, ..design("cpu-gates", "RISC-V computer, gates", "cpus", "N 1") },
     design("cpu16", "16 computers", "cpus", "N 16"),
@@ -69,31 +71,34 @@ pub fn key(parts: &[&str]) -> u64 {
 /// Has Yosys make the netlist, if it has not yet.
 pub fn prepare(workload: &'static Workload) -> Result<Design, String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let sources: &[&str] = match workload.top {
+    let (parameters, top) = (workload.parameters, workload.top);
+    let sources: &[&str] = match top {
         "line" => &["benches/peers/designs/line.v"],
+        "shipped" => &["benches/peers/designs/shipped.v"],
         _ => &["tests/verilog/cpu/cpu.v", "benches/peers/designs/cpus.v", "tests/verilog/cpu/long.hex"],
     };
-    let names: Vec<&str> = sources.iter().map(|s| s.rsplit('/').next().unwrap_or(s)).collect();
-    let verilog: Vec<&str> = names.iter().copied().filter(|n| n.ends_with(".v")).collect();
-    let (parameters, top) = (workload.parameters, workload.top);
+    let mut files = Vec::new();
+    for source in sources {
+        let text = std::fs::read_to_string(root.join(source)).map_err(|e| format!("{source}: {e}"))?;
+        files.push((source.rsplit('/').next().unwrap_or(source), text));
+    }
     let read = match top {
         "line" => format!("read_verilog line.v; chparam -set {parameters} line"),
+        "shipped" => {
+            files.push(("circuit.v", exported(&root.join("circuits/evaluation/line.json"), parameters)?));
+            format!("read_verilog circuit.v shipped.v; chparam -set {parameters} shipped")
+        }
         // put off, so that there is no need of the program that it would have by default
-        _ => format!(
-            "read_verilog -defer {}; chparam -set {parameters} -set PROGRAM \"long.hex\" {top}",
-            verilog.join(" ")
-        ),
+        _ => format!("read_verilog -defer cpu.v cpus.v; chparam -set {parameters} -set PROGRAM \"long.hex\" {top}"),
     };
     let mapped = if workload.gates { TO_GATES } else { "prep" };
     let write = "write_json design.json; write_verilog -noattr design.v; write_rtlil design.il";
     let script = format!("{read}; hierarchy -top {top}; {mapped}; {write}");
-    let mut parts = vec![script.clone(), SCENARIO.to_owned()];
-    for source in sources {
-        parts.push(std::fs::read_to_string(root.join(source)).map_err(|e| format!("{source}: {e}"))?);
-    }
-    let key = key(&parts.iter().map(String::as_str).collect::<Vec<_>>());
+    let mut parts = vec![script.as_str(), SCENARIO];
+    parts.extend(files.iter().map(|(_, text)| text.as_str()));
+    let key = key(&parts);
     let built = process::build(&format!("{}-netlist-{key:016x}", workload.name), |folder| {
-        for (name, text) in names.iter().zip(&parts[2..]) {
+        for (name, text) in &files {
             std::fs::write(folder.join(name), text).map_err(|e| e.to_string())?;
         }
         std::fs::write(folder.join("scenario.json"), SCENARIO).map_err(|e| e.to_string())?;
@@ -103,6 +108,15 @@ pub fn prepare(workload: &'static Workload) -> Result<Design, String> {
     })?;
     let circuit = discreta::circuit::load(built.folder.join("design.json")).map_err(|e| e.to_string())?;
     Ok(Design { workload, key, cells: circuit.netlist.cells().len(), folder: built.folder })
+}
+
+/// The Verilog of a circuit with a parameter.
+fn exported(circuit: &Path, parameter: &str) -> Result<String, String> {
+    let mut export = Command::new(env!("CARGO_BIN_EXE_discreta"));
+    export.arg("export").arg(circuit).args(["--to", "verilog", "-p", &parameter.replace(' ', "=")]);
+    let output = export.output().map_err(|e| e.to_string())?;
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    if output.status.success() { Ok(text) } else { Err(String::from_utf8_lossy(&output.stderr).into_owned()) }
 }
 
 /// One cycle of reset, then as many as the command line says.
