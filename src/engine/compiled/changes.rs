@@ -192,7 +192,7 @@ pub(super) struct Traced {
 }
 
 /// What a tick writes down.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Record {
     pub shape: usize,
     /// What the input becomes.
@@ -228,6 +228,11 @@ impl Record {
             (input || v.is_some() || u.is_some()).then_some(Part { field, slot: t.slot, v, u, input })
         };
         Record { shape: 0, level, fields: traced.into_iter().filter_map(part).collect() }
+    }
+
+    /// Whether it never writes anything down.
+    pub fn is_empty(&self) -> bool {
+        self.fields.is_empty()
     }
 
     pub fn fields(&self) -> Box<[Field]> {

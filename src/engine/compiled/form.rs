@@ -1,11 +1,14 @@
 //! Forms of a circuit in machine code: the four-valued one, and those for which some or all of the state is known.
 
+use std::rc::Rc;
+
 use super::changes;
 use super::codegen::{self, Shared, dirty_bit};
 use super::fuse::{Source, Tick, fuse};
 use super::graph::Map;
 use super::lower::{Level, Lowered, lower};
 use super::machine::{Circle, Machine};
+use super::period::Period;
 use super::plan::{Half, Plan, Root, plan};
 use super::wiring::{StatePlaces, Wiring};
 use crate::engine::Field;
@@ -49,6 +52,21 @@ pub(super) struct Ticks {
     pub longest: usize,
     /// The fields of their records, until they are given to the log.
     pub shapes: Vec<Box<[Field]>>,
+    /// The two in one step on packed state, made when a run turns out to be long.
+    pub period: Option<Option<Box<Period>>>,
+    up: Tick,
+    down: Tick,
+}
+
+impl Ticks {
+    /// The period, if it can be made.
+    pub fn period(&mut self, groups: &[Vec<(u8, Half)>]) -> Option<&mut Period> {
+        let Ticks { up, down, .. } = self;
+        // what it writes into memories or writes down it does in ticks alone
+        let plain = [&*up, &*down].iter().all(|tick| tick.chunk.puts.is_empty() && tick.record.is_empty());
+        let make = || plain.then(|| Period::new(&[up, down], groups).map(Box::new)).flatten();
+        self.period.get_or_insert_with(make).as_deref_mut()
+    }
 }
 
 /// One form.
@@ -81,6 +99,8 @@ pub(super) struct Form {
     pub groups: Vec<Option<u32>>,
     /// How many waves have run in this form.
     pub waves: u64,
+    /// Single bits of state that people see as words: lanes and value planes.
+    pub buses: Rc<[Vec<(u8, Half)>]>,
 }
 
 /// Nodes up to which ticks are made in one piece.
@@ -147,6 +167,7 @@ impl Form {
             ticks: Map::default(),
             groups: plan.chunks.iter().map(|c| c.group).collect(),
             waves: 0,
+            buses: buses(netlist, w.wiring).into(),
         })
     }
 
@@ -189,7 +210,7 @@ impl Form {
         }
         let make = |ticks: &[&Tick]| codegen::compile_circle(ticks, w.shared).ok();
         let (single, circle) = ([make(&[&down])?, make(&[&up])?], make(&[&up, &down])?);
-        Some(Ticks { single, circle, longest, shapes })
+        Some(Ticks { single, circle, longest, shapes, period: None, up, down })
     }
 
     /// Does without the ticks of an input.
@@ -201,6 +222,38 @@ impl Form {
     pub fn is_general(&self) -> bool {
         self.unknown.is_none()
     }
+}
+
+/// Single bits of state that have names as bits of a word, each bit once.
+fn buses(netlist: &Netlist, wiring: &Wiring) -> Vec<Vec<(u8, Half)>> {
+    let mut all: Vec<Vec<(u8, Half)>> = Vec::new();
+    for signal in netlist.signal_ids().filter(|&s| netlist.signal(s).width > 1) {
+        let (mut lane, mut bits) = (0u32, Vec::new());
+        for slice in netlist.bits(signal) {
+            let slot = wiring.slot[slice.net.index()].filter(|slot| wiring.leaves.contains(slot));
+            if let Some(slot) = slot
+                && netlist.net(slice.net).width == 1
+            {
+                bits.push((lane, 2 * slot));
+            }
+            lane += slice.width;
+        }
+        for first in (0..lane).step_by(64) {
+            let part = bits.iter().filter(|b| (first..first + 64).contains(&b.0)).map(|b| ((b.0 - first) as u8, b.1));
+            let part: Vec<(u8, Half)> = part.collect();
+            if part.len() > 1 {
+                all.push(part);
+            }
+        }
+    }
+    all.sort_by_key(|bits| std::cmp::Reverse(bits.len()));
+    let mut taken = Map::default();
+    all.retain_mut(|bits| {
+        bits.retain(|b| !taken.contains_key(&b.1));
+        bits.iter().for_each(|b| _ = taken.insert(b.1, ()));
+        bits.len() > 1
+    });
+    all
 }
 
 pub(super) const DEFAULT_CHUNK: usize = CHUNK;

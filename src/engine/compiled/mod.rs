@@ -11,6 +11,7 @@
 //! computed for them; and again until no clock makes an edge.
 
 mod cells;
+mod chains;
 mod changes;
 mod codegen;
 mod contents;
@@ -18,11 +19,15 @@ mod form;
 mod four;
 mod fuse;
 mod graph;
+mod identities;
 mod lower;
 mod machine;
 mod memory;
+mod pack;
 mod peek;
+mod period;
 mod plan;
+mod prefix;
 mod steps;
 mod tick;
 mod wave;
@@ -120,6 +125,8 @@ pub struct EngineReport {
     pub four_valued: u64,
     /// Forms that were compiled.
     pub forms: u64,
+    /// Waves that ran on state packed into words.
+    pub packed: u64,
 }
 
 #[derive(Clone, Copy, Debug)]

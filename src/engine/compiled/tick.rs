@@ -2,6 +2,7 @@
 
 use super::changes::Times;
 use super::form::Wanted;
+use super::period::SHORT;
 use super::{ABORTS, CompiledEngine, NEVER, WARM, bit_of};
 use crate::engine::Unsettled;
 use crate::value::Word;
@@ -22,13 +23,19 @@ impl CompiledEngine<'_> {
         // borrows less than `wanted` does
         let shapes = self.tracing.log.shapes.len();
         let wanted = Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk, shapes };
+        let buses = form.buses.clone();
         let made = form.ticks(self.netlist, &wanted, slot)?;
         self.tracing.log.shapes.append(&mut made.shapes);
         let net = self.wiring.leaf_net[(slot - self.wiring.leaves.start) as usize];
         let observed = self.observed[net.index()].filter(|&bit| self.stops[bit as usize]);
-        let rounds = self.tracing.begin(&mut self.memory, self.shared.log, made.longest, at);
+        let rounds = self.tracing.begin(&mut self.memory, self.shared.log, made.longest, at).min(most / 2);
         let done = if level && most >= 2 && observed.is_none() {
-            made.circle.run(&mut self.memory, rounds.min(most / 2))
+            let packed = match rounds {
+                SHORT.. => made.period(&buses).map_or(0, |p| p.run(&mut self.memory, rounds)),
+                _ => 0,
+            };
+            self.report.packed += 2 * packed;
+            2 * packed + if packed < rounds { made.circle.run(&mut self.memory, rounds - packed) } else { 0 }
         } else {
             made.single[usize::from(level)].run(&mut self.memory, 1)
         };
