@@ -20,8 +20,10 @@ pub mod recorder;
 mod report;
 #[cfg(test)]
 mod samples;
+pub mod save;
 mod section;
 pub mod select;
+pub mod text;
 pub mod vcd;
 mod walk;
 

@@ -230,11 +230,6 @@ impl Record {
         Record { shape: 0, level, fields: traced.into_iter().filter_map(part).collect() }
     }
 
-    /// Whether it never writes anything down.
-    pub fn is_empty(&self) -> bool {
-        self.fields.is_empty()
-    }
-
     pub fn fields(&self) -> Box<[Field]> {
         self.fields.iter().map(|p| p.field).collect()
     }

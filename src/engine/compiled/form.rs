@@ -60,12 +60,9 @@ pub(super) struct Ticks {
 
 impl Ticks {
     /// The period, if it can be made.
-    pub fn period(&mut self, groups: &[Vec<(u8, Half)>]) -> Option<&mut Period> {
+    pub fn period(&mut self, groups: &[Vec<(u8, Half)>], end: &mut u32) -> Option<&mut Period> {
         let Ticks { up, down, .. } = self;
-        // what it writes into memories or writes down it does in ticks alone
-        let plain = [&*up, &*down].iter().all(|tick| tick.chunk.puts.is_empty() && tick.record.is_empty());
-        let make = || plain.then(|| Period::new(&[up, down], groups).map(Box::new)).flatten();
-        self.period.get_or_insert_with(make).as_deref_mut()
+        self.period.get_or_insert_with(|| Period::new(&[up, down], groups, end).map(Box::new)).as_deref_mut()
     }
 }
 
@@ -104,7 +101,7 @@ pub(super) struct Form {
 }
 
 /// Nodes up to which ticks are made in one piece.
-const FUSED: usize = 24_000;
+const FUSED: usize = 2_400_000;
 
 impl Form {
     /// Compiles a form in which `unknown` slots of state, or all, may hold x or z. `end` is how many slots of memory are
@@ -184,15 +181,15 @@ impl Form {
     }
 
     /// The ticks of an input, in machine code; made when they are first asked for.
-    pub fn ticks(&mut self, netlist: &Netlist, w: &Wanted<'_>, input: u32) -> Option<&mut Ticks> {
+    pub fn ticks(&mut self, netlist: &Netlist, w: &Wanted<'_>, input: u32, end: &mut u32) -> Option<&mut Ticks> {
         if !self.ticks.contains_key(&input) {
-            let made = self.make_ticks(netlist, w, input);
+            let made = self.make_ticks(netlist, w, input, end);
             self.ticks.insert(input, made);
         }
         self.ticks.get_mut(&input)?.as_mut()
     }
 
-    fn make_ticks(&self, netlist: &Netlist, w: &Wanted<'_>, input: u32) -> Option<Ticks> {
+    fn make_ticks(&self, netlist: &Netlist, w: &Wanted<'_>, input: u32, end: &mut u32) -> Option<Ticks> {
         let lowered = self.lowered.as_ref()?;
         let kept: Vec<Kept> = w.kept.iter().copied().filter(|k| self.keeps[k.net.index()]).collect();
         let allows = |slot| self.allows(slot);
@@ -208,7 +205,18 @@ impl Form {
         if longest > changes::ROOM {
             return None;
         }
-        let make = |ticks: &[&Tick]| codegen::compile_circle(ticks, w.shared).ok();
+        let first = *end;
+        let mut make = |ticks: &[&Tick]| {
+            // what pieces leave each other lies at the same place in all: only one of them runs
+            let mut next = 2 * first;
+            let fresh = || {
+                next += 1;
+                next - 1
+            };
+            let made = codegen::compile_circle(ticks, w.shared, fresh).ok();
+            *end = (*end).max(next.div_ceil(2));
+            made
+        };
         let (single, circle) = ([make(&[&down])?, make(&[&up])?], make(&[&up, &down])?);
         Some(Ticks { single, circle, longest, shapes, period: None, up, down })
     }

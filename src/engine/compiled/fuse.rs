@@ -20,7 +20,7 @@ use crate::netlist::Netlist;
 /// Rounds of edges that are followed.
 const ROUNDS: usize = 8;
 /// Nodes above which a tick is not worth being one piece.
-const LIMIT: usize = 6000;
+const LIMIT: usize = 600000;
 const NONE: Id = Id::MAX;
 
 /// A tick: a graph, and the one chunk of it.
@@ -53,6 +53,8 @@ struct Fuse<'s> {
     state: Map<u32, Two>,
     /// What has been written into memories.
     puts: Vec<Put>,
+    /// Unknown planes of new state that is taken to be known, and whether anything has read it.
+    alarms: Map<u32, (Id, bool)>,
     /// For each node of the form its node here, in the present round.
     memo: Vec<Id>,
     /// Nodes that may have changed in the present round.
@@ -69,6 +71,7 @@ pub(super) fn fuse(source: &Source<'_>) -> Option<Tick> {
         out: Graph::default(),
         state: Map::default(),
         puts: Vec::new(),
+        alarms: Map::default(),
         memo: vec![NONE; n],
         affected: vec![false; n],
         aborts: Vec::new(),
@@ -240,12 +243,17 @@ impl Fuse<'_> {
         self.affected[v as usize] || self.affected[u as usize]
     }
 
-    /// New state; where it is taken to be known, it is to be that.
+    /// New state; where it is taken to be known, it is to be that, at least if anything reads it in this tick.
     fn known(&mut self, slot: u32, new: Two) -> Two {
         if (self.s.allows)(slot) {
             return new;
         }
-        self.abort_if(new.u);
+        if let Some((u, _)) = self.alarms.remove(&slot) {
+            self.abort_if(u);
+        }
+        if !self.out.is(new.u, 0) {
+            self.alarms.insert(slot, (new.u, false));
+        }
         Two { v: new.v, u: self.out.constant(0) }
     }
 
@@ -259,11 +267,10 @@ impl Fuse<'_> {
     fn half(&mut self, half: u32, may: u64) -> Id {
         match self.state.get(&(half / 2)) {
             Some(two) => {
-                if half.is_multiple_of(2) {
-                    two.v
-                } else {
-                    two.u
+                if let Some(alarm) = self.alarms.get_mut(&(half / 2)) {
+                    alarm.1 = true;
                 }
+                if half.is_multiple_of(2) { two.v } else { two.u }
             }
             None => self.out.load(half, may),
         }
@@ -466,6 +473,15 @@ impl Fuse<'_> {
             }
             if !is_old(two.u, 2 * slot + 1) && (self.s.allows)(slot) {
                 stores.push(store(two.u, 2 * slot + 1, bit));
+            }
+        }
+        let mut alarms: Vec<(u32, (Id, bool))> = self.alarms.drain().collect();
+        alarms.sort_unstable_by_key(|a| a.0);
+        for (slot, (u, read)) in alarms {
+            if read {
+                self.abort_if(u);
+            } else {
+                stores.push(Store { alarm: true, ..store(u, 2 * slot + 1, observed.get(&slot).copied()) });
             }
         }
         let record = Record::new(traced, &stores, input, self.s.level);

@@ -28,6 +28,7 @@ mod peek;
 mod period;
 mod plan;
 mod prefix;
+mod segments;
 mod steps;
 mod tick;
 mod wave;

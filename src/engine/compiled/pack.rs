@@ -10,6 +10,7 @@
 
 use super::chains::{self, Chain, bit_of};
 use super::graph::{Graph, Id, Map, Op};
+use super::memory::Put;
 use super::plan::Half;
 use super::prefix::in_rows;
 
@@ -20,12 +21,11 @@ const NONE: Id = Id::MAX;
 /// Bits of one kind that make it worth a word.
 pub(super) const LEAST: usize = 3;
 
-/// Where a word of memory comes from when packed code is entered, and goes to when it is left.
+/// A word of memory that has single bits of state in its lanes while packed code runs.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub(super) enum Place {
-    Half(Half),
-    /// Lanes and what lies in them.
-    Lanes(Vec<(u8, Half)>),
+pub(super) struct Place {
+    pub word: Half,
+    pub lanes: Vec<(u8, Half)>,
 }
 
 /// State that becomes something else, all at once, as long as some nodes are 0.
@@ -33,10 +33,12 @@ pub(super) enum Place {
 pub(super) struct Step {
     pub graph: Graph,
     pub stores: Vec<(Half, Id)>,
+    /// What is written into memories.
+    pub puts: Vec<Put>,
     pub aborts: Vec<Id>,
 }
 
-/// The same on packed words: `Load(n)` is what `places[n]` says.
+/// The same with words of bits.
 #[derive(Debug)]
 pub(super) struct Packed {
     pub step: Step,
@@ -52,7 +54,8 @@ impl Step {
     /// The nodes that count, in order.
     pub fn needed(&self) -> Vec<Id> {
         let mut needed = vec![false; self.graph.len()];
-        let roots = self.stores.iter().map(|s| s.1).chain(self.aborts.iter().copied());
+        let puts = self.puts.iter().flat_map(|p| [p.index, p.mask, p.v, p.u]);
+        let roots = self.stores.iter().map(|s| s.1).chain(self.aborts.iter().copied()).chain(puts);
         roots.for_each(|n| needed[n as usize] = true);
         for node in (0..self.graph.len() as Id).rev() {
             if needed[node as usize] {
@@ -72,7 +75,6 @@ struct Pack<'g> {
     g: &'g Graph,
     out: Graph,
     places: Vec<Place>,
-    place_of: Map<Half, Id>,
     levels: Vec<u32>,
     looks: Vec<u32>,
     /// How often a node is used.
@@ -88,8 +90,13 @@ struct Pack<'g> {
     least: usize,
 }
 
-/// Packs a step, the single bits of state in the lanes of `groups`. None where the logic is too deep for that.
-pub(super) fn pack(step: &mut Step, groups: &[Vec<(u8, Half)>], least: usize) -> Option<Packed> {
+/// Packs a step, the single bits of state in the lanes of `groups`; `fresh` gives their words places. None where the logic is too deep for that.
+pub(super) fn pack(
+    step: &mut Step,
+    groups: &[Vec<(u8, Half)>],
+    least: usize,
+    fresh: &mut dyn FnMut() -> Half,
+) -> Option<Packed> {
     let lanes = groups.iter().flatten().map(|&(lane, half)| (half, lane)).collect();
     *step = in_rows(step, &lanes);
     let chains = chains::find(&mut step.graph, &lanes);
@@ -104,11 +111,11 @@ pub(super) fn pack(step: &mut Step, groups: &[Vec<(u8, Half)>], least: usize) ->
     }
     step.stores.iter().for_each(|s| uses[s.1 as usize] += 1);
     step.aborts.iter().for_each(|&a| uses[a as usize] += 1);
+    step.puts.iter().flat_map(|p| [p.index, p.mask, p.v, p.u]).for_each(|n| uses[n as usize] += 1);
     let mut p = Pack {
         g,
         out: Graph::default(),
         places: Vec::new(),
-        place_of: Map::default(),
         looks: chains::looks(g, 3),
         levels,
         uses,
@@ -132,7 +139,7 @@ pub(super) fn pack(step: &mut Step, groups: &[Vec<(u8, Half)>], least: usize) ->
         if lanes.len() < 2 || lanes.iter().any(|(_, h)| !is(h) || in_group.contains_key(h)) {
             continue;
         }
-        let place = p.places.len() as u32;
+        let place = fresh();
         let mask = lanes.iter().fold(0, |m, l| m | 1 << l.0);
         let word = p.out.load(place, mask);
         for &(lane, half) in &lanes {
@@ -142,7 +149,7 @@ pub(super) fn pack(step: &mut Step, groups: &[Vec<(u8, Half)>], least: usize) ->
             }
         }
         roots.push((place, lanes.iter().map(|&(lane, half)| (lane, next[&half])).collect()));
-        p.places.push(Place::Lanes(lanes));
+        p.places.push(Place { word: place, lanes });
     }
     roots.sort_by_key(|r| std::cmp::Reverse(r.1.len()));
     let mut stores = Vec::new();
@@ -154,11 +161,17 @@ pub(super) fn pack(step: &mut Step, groups: &[Vec<(u8, Half)>], least: usize) ->
     }
     for &(half, node) in step.stores.iter().filter(|s| !in_group.contains_key(&s.0)) {
         let node = p.bit(node);
-        let load = p.load(half, loads.get(&half).map_or(u64::MAX, |&n| g.may(n)));
-        let Op::Load(place) = p.out.op(load) else { unreachable!("it is a load") };
-        stores.push((place, node));
+        stores.push((half, node));
     }
     let aborts = step.aborts.iter().map(|&a| p.bit(a)).collect();
+    let puts = step.puts.iter().map(|put| Put {
+        index: p.bit(put.index),
+        mask: p.bit(put.mask),
+        v: p.bit(put.v),
+        u: p.bit(put.u),
+        ..*put
+    });
+    let puts = puts.collect();
     #[cfg(test)]
     let same = (0..g.len() as Id)
         .flat_map(|n| [(n, p.scalars[n as usize], None), (n, p.homes[n as usize].0, Some(p.homes[n as usize].1))])
@@ -167,7 +180,7 @@ pub(super) fn pack(step: &mut Step, groups: &[Vec<(u8, Half)>], least: usize) ->
     Some(Packed {
         #[cfg(test)]
         same,
-        step: Step { graph: p.out, stores, aborts },
+        step: Step { graph: p.out, stores, puts, aborts },
         places: p.places,
         #[cfg(test)]
         chains: chains.len(),
@@ -236,16 +249,6 @@ impl Pack<'_> {
     fn has_sum(&self, stage: &chains::Stage) -> bool {
         let sum = stage.sum;
         self.uses[sum as usize] > 0 && self.g.may(sum) == 1 && !self.g.op(sum).is_leaf()
-    }
-
-    fn load(&mut self, half: Half, may: u64) -> Id {
-        if let Some(&load) = self.place_of.get(&half) {
-            return load;
-        }
-        let load = self.out.load(self.places.len() as u32, may);
-        self.places.push(Place::Half(half));
-        self.place_of.insert(half, load);
-        load
     }
 
     /// Where a bit lies, if it has a lane of a word, or will have as soon as its chain is made.
@@ -318,7 +321,7 @@ impl Pack<'_> {
         let made = match g.op(node) {
             Op::Const(n) => self.out.constant(n),
             Op::Load(half) => match self.homes[node as usize] {
-                (NONE, _) => self.load(half, g.may(node)),
+                (NONE, _) => self.out.load(half, g.may(node)),
                 (word, lane) => self.out.bits(word, lane.into(), 1),
             },
             _ if g.may(node) == 1 && self.home(node).is_some() => {

@@ -132,7 +132,7 @@ fn random(r: &mut Random) -> (Step, Vec<Vec<(u8, Half)>>, Vec<u64>) {
         let n = x.len().min(y.len());
         let (mut x, mut y) = (x[..n].to_vec(), y[..n].to_vec());
         let s = bits[r.below(bits.len())];
-        let mut inverts = |r: &mut Random, g: &mut Graph, bus: &mut Vec<Id>| {
+        let inverts = |r: &mut Random, g: &mut Graph, bus: &mut Vec<Id>| {
             if r.below(4) == 0 {
                 bus.iter_mut().for_each(|b| *b = g.not(*b, 1));
             }
@@ -193,7 +193,7 @@ fn random(r: &mut Random) -> (Step, Vec<Vec<(u8, Half)>>, Vec<u64>) {
         }
     }
     let aborts = vec![bits[r.below(bits.len())]];
-    (Step { graph: g, stores, aborts }, groups, masks)
+    (Step { graph: g, stores, puts: Vec::new(), aborts }, groups, masks)
 }
 
 /// Random logic of buses, with adders in all shapes: what is stored is the same before and after.
@@ -206,10 +206,15 @@ fn packed_steps_do_the_same() {
         let (mut step, groups, masks) = random(&mut r);
         let (plain, stores, aborts) = (std::mem::take(&mut step.graph), step.stores.clone(), step.aborts.clone());
         step.graph = Graph::default();
-        let copy = Step { graph: plain, stores: stores.clone(), aborts: aborts.clone() };
+        let copy = Step { graph: plain, stores: stores.clone(), puts: Vec::new(), aborts: aborts.clone() };
         let mut step = in_rows(&copy, &Map::default());
         let least = 2 + r.below(3);
-        let Some(packed) = pack(&mut step, &groups, least) else { panic!("seed {seed}: it is too deep") };
+        let mut end = masks.len() as Half;
+        let mut fresh = || {
+            end += 1;
+            end - 1
+        };
+        let Some(packed) = pack(&mut step, &groups, least, &mut fresh) else { panic!("seed {seed}: it is too deep") };
         chains += packed.chains;
         before += copy.needed().len();
         after += packed.step.needed().len();
@@ -221,14 +226,11 @@ fn packed_steps_do_the_same() {
             for (a, b) in stores.iter().zip(&step.stores) {
                 assert_eq!(old[a.1 as usize], mid[b.1 as usize], "rows, seed {seed}");
             }
-            let words: Vec<u64> = packed
-                .places
-                .iter()
-                .map(|place| match place {
-                    Place::Half(half) => memory[*half as usize],
-                    Place::Lanes(lanes) => lanes.iter().fold(0, |all, &(lane, h)| all | memory[h as usize] << lane),
-                })
-                .collect();
+            let mut words = memory.clone();
+            words.resize(masks.len() + groups.len(), 0);
+            for Place { word, lanes } in &packed.places {
+                words[*word as usize] = lanes.iter().fold(0, |all, &(lane, h)| all | memory[h as usize] << lane);
+            }
             let new = values(&packed.step.graph, &words);
             assert_eq!(old[aborts[0] as usize], new[packed.step.aborts[0] as usize], "seed {seed}");
             let mid = values(&step.graph, &memory);
@@ -244,13 +246,13 @@ fn packed_steps_do_the_same() {
             }
             let next: Map<u32, u64> = packed.step.stores.iter().map(|&(p, n)| (p, new[n as usize])).collect();
             for &(half, node) in &stores {
-                let found = packed.places.iter().enumerate().find_map(|(p, place)| {
-                    let word = next.get(&(p as u32)).copied().unwrap_or(words[p]);
-                    match place {
-                        Place::Half(h) => (*h == half).then_some(word),
-                        Place::Lanes(lanes) => lanes.iter().find(|l| l.1 == half).map(|&(lane, _)| word >> lane & 1),
-                    }
+                let at = packed.places.iter().find_map(|place| {
+                    let lane = place.lanes.iter().find(|l| l.1 == half)?.0;
+                    Some((place.word, lane, 1))
                 });
+                let (at, lane, mask) = at.unwrap_or((half, 0, u64::MAX));
+                let word = next.get(&at).copied().unwrap_or(words[at as usize]);
+                let found = Some(word >> lane & mask);
                 assert_eq!(found, Some(old[node as usize]), "seed {seed}: {half}");
             }
         }

@@ -5,6 +5,7 @@ use std::hash::{Hash, Hasher};
 
 use super::chains::lane_of;
 use super::graph::{Graph, Id, Map, Op};
+use super::memory::Put;
 use super::pack::Step;
 use super::plan::Half;
 
@@ -78,7 +79,15 @@ pub(super) fn in_rows(step: &Step, lanes: &Map<Half, u8>) -> Step {
     }
     let stores = step.stores.iter().map(|&(half, node)| (half, at(&mut out, &map, node))).collect();
     let aborts = step.aborts.iter().map(|&node| at(&mut out, &map, node)).collect();
-    Step { graph: out, stores, aborts }
+    let puts = step.puts.iter().map(|put| Put {
+        index: at(&mut out, &map, put.index),
+        mask: at(&mut out, &map, put.mask),
+        v: at(&mut out, &map, put.v),
+        u: at(&mut out, &map, put.u),
+        ..*put
+    });
+    let puts = puts.collect();
+    Step { graph: out, stores, puts, aborts }
 }
 
 fn sum_of(g: &Graph, node: Id, all: &mut Vec<(Id, bool)>) {

@@ -24,14 +24,21 @@ impl CompiledEngine<'_> {
         let shapes = self.tracing.log.shapes.len();
         let wanted = Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk, shapes };
         let buses = form.buses.clone();
-        let made = form.ticks(self.netlist, &wanted, slot)?;
+        let mut end = self.memory.len() as u32;
+        let made = form.ticks(self.netlist, &wanted, slot, &mut end)?;
+        self.memory.resize(end as usize, Word::ZERO);
         self.tracing.log.shapes.append(&mut made.shapes);
         let net = self.wiring.leaf_net[(slot - self.wiring.leaves.start) as usize];
         let observed = self.observed[net.index()].filter(|&bit| self.stops[bit as usize]);
-        let rounds = self.tracing.begin(&mut self.memory, self.shared.log, made.longest, at).min(most / 2);
+        let room = self.tracing.begin(&mut self.memory, self.shared.log, made.longest, at);
         let done = if level && most >= 2 && observed.is_none() {
+            let rounds = room.min(most / 2);
             let packed = match rounds {
-                SHORT.. => made.period(&buses).map_or(0, |p| p.run(&mut self.memory, rounds)),
+                // what is traced is written down by the ticks
+                SHORT.. if self.shared.log == 0 => made.period(&buses, &mut end).map_or(0, |p| {
+                    self.memory.resize(end as usize, Word::ZERO);
+                    p.run(&mut self.memory, rounds)
+                }),
                 _ => 0,
             };
             self.report.packed += 2 * packed;
