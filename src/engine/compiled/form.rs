@@ -1,12 +1,16 @@
 //! Forms of a circuit in machine code: the four-valued one, and those for which some or all of the state is known.
 
+use std::rc::Rc;
+
 use super::codegen::{self, Shared, dirty_bit};
 use super::fuse::{Source, Tick, fuse};
 use super::graph::Map;
 use super::lower::{Level, Lowered, lower};
 use super::machine::{Circle, Machine};
+use super::period::Period;
 use super::plan::{Half, Plan, Root, plan};
 use super::wiring::{StatePlaces, Wiring};
+use super::{WARM, WARM_NODES};
 use crate::netlist::{NetId, Netlist};
 
 /// How many nodes go into a chunk.
@@ -38,6 +42,18 @@ pub(super) struct Kept {
 pub(super) struct Ticks {
     pub single: [Circle; 2],
     pub circle: Circle,
+    /// The two in one step on packed state, made when a run turns out to be long.
+    pub period: Option<Option<Box<Period>>>,
+    up: Tick,
+    down: Tick,
+}
+
+impl Ticks {
+    /// The period, if it can be made.
+    pub fn period(&mut self, groups: &[Vec<(u8, Half)>]) -> Option<&mut Period> {
+        let Ticks { up, down, .. } = self;
+        self.period.get_or_insert_with(|| Period::new(&[up, down], groups).map(Box::new)).as_deref_mut()
+    }
 }
 
 /// One form.
@@ -68,12 +84,15 @@ pub(super) struct Form {
     ticks: Map<u32, Option<Ticks>>,
     /// The loop that is stepped in each settling chunk, if one is.
     pub groups: Vec<Option<u32>>,
-    /// How many waves have run in this form.
+    /// How many waves have run in this form, and after how many ticks are made.
     pub waves: u64,
+    pub warm: u64,
+    /// Single bits of state that people see as words: lanes and value planes.
+    pub buses: Rc<[Vec<(u8, Half)>]>,
 }
 
 /// Nodes up to which ticks are made in one piece.
-const FUSED: usize = 2_400_000;
+const FUSED: usize = 400_000;
 
 impl Form {
     /// Compiles a form in which `unknown` slots of state, or all, may hold x or z. `end` is how many slots of memory are
@@ -118,6 +137,7 @@ impl Form {
         let constants = plan.constants.iter().map(|(root, n)| (root.half, *n, root.observed)).collect();
         let fixed = plan.constants.iter().filter(|(root, _)| w.wiring.leaves.contains(&(root.half / 2)));
         let fixed = fixed.map(|(root, n)| (root.half, *n)).collect();
+        let warm = WARM + (graph.len() / WARM_NODES) as u64;
         let small = unknown.is_some() && graph.len() <= FUSED;
         Ok(Form {
             machine,
@@ -136,6 +156,8 @@ impl Form {
             ticks: Map::default(),
             groups: plan.chunks.iter().map(|c| c.group).collect(),
             waves: 0,
+            warm,
+            buses: buses(netlist, w.wiring).into(),
         })
     }
 
@@ -152,12 +174,12 @@ impl Form {
     }
 
     /// The ticks of an input, in machine code; made when they are first asked for.
-    pub fn ticks(&mut self, netlist: &Netlist, w: &Wanted<'_>, input: u32, end: &mut u32) -> Option<&Ticks> {
+    pub fn ticks(&mut self, netlist: &Netlist, w: &Wanted<'_>, input: u32, end: &mut u32) -> Option<&mut Ticks> {
         if !self.ticks.contains_key(&input) {
             let made = self.make_ticks(netlist, w, input, end);
             self.ticks.insert(input, made);
         }
-        self.ticks[&input].as_ref()
+        self.ticks.get_mut(&input)?.as_mut()
     }
 
     fn make_ticks(&self, netlist: &Netlist, w: &Wanted<'_>, input: u32, end: &mut u32) -> Option<Ticks> {
@@ -180,7 +202,8 @@ impl Form {
             *end = (*end).max(next.div_ceil(2));
             made
         };
-        Some(Ticks { single: [make(&[&down])?, make(&[&up])?], circle: make(&[&up, &down])? })
+        let (single, circle) = ([make(&[&down])?, make(&[&up])?], make(&[&up, &down])?);
+        Some(Ticks { single, circle, period: None, up, down })
     }
 
     /// Does without the ticks of an input.
@@ -192,6 +215,38 @@ impl Form {
     pub fn is_general(&self) -> bool {
         self.unknown.is_none()
     }
+}
+
+/// Single bits of state that have names as bits of a word, each bit once.
+fn buses(netlist: &Netlist, wiring: &Wiring) -> Vec<Vec<(u8, Half)>> {
+    let mut all: Vec<Vec<(u8, Half)>> = Vec::new();
+    for signal in netlist.signal_ids().filter(|&s| netlist.signal(s).width > 1) {
+        let (mut lane, mut bits) = (0u32, Vec::new());
+        for slice in netlist.bits(signal) {
+            let slot = wiring.slot[slice.net.index()].filter(|slot| wiring.leaves.contains(slot));
+            if let Some(slot) = slot
+                && netlist.net(slice.net).width == 1
+            {
+                bits.push((lane, 2 * slot));
+            }
+            lane += slice.width;
+        }
+        for first in (0..lane).step_by(64) {
+            let part = bits.iter().filter(|b| (first..first + 64).contains(&b.0)).map(|b| ((b.0 - first) as u8, b.1));
+            let part: Vec<(u8, Half)> = part.collect();
+            if part.len() > 1 {
+                all.push(part);
+            }
+        }
+    }
+    all.sort_by_key(|bits| std::cmp::Reverse(bits.len()));
+    let mut taken = Map::default();
+    all.retain_mut(|bits| {
+        bits.retain(|b| !taken.contains_key(&b.1));
+        bits.iter().for_each(|b| _ = taken.insert(b.1, ()));
+        bits.len() > 1
+    });
+    all
 }
 
 pub(super) const DEFAULT_CHUNK: usize = CHUNK;

@@ -61,6 +61,8 @@ pub(super) struct Graph {
     /// For each node the bits that may be 1.
     may: Vec<u64>,
     known: Map<Op, Id>,
+    /// Whether sums of products are factored, which lays carries that look ahead in a row.
+    pub factors: bool,
 }
 
 impl Op {
@@ -97,6 +99,11 @@ impl Op {
 }
 
 impl Graph {
+    /// A graph that factors sums of products.
+    pub fn factoring() -> Graph {
+        Graph { factors: true, ..Graph::default() }
+    }
+
     pub fn len(&self) -> usize {
         self.ops.len()
     }
@@ -199,7 +206,10 @@ impl Graph {
                 self.and_not(a, x)
             }
             (Op::Xor(x, c), _) if self.value(c).is_some_and(|c| c & self.may(b) == self.may(b)) => self.and_not(b, x),
-            _ => self.push(Op::And(a, b), may),
+            _ => match self.known_and(a, b) {
+                Some(less) => less,
+                None => self.push(Op::And(a, b), may),
+            },
         }
     }
 
@@ -223,7 +233,10 @@ impl Graph {
         match self.op(b) {
             // a & !(x ^ all)
             Op::Xor(x, c) if self.value(c).is_some_and(|c| c & may == may) => self.and(a, x),
-            _ => self.push(Op::AndNot(a, b), may),
+            _ => match self.known_and_not(a, b) {
+                Some(less) => less,
+                None => self.push(Op::AndNot(a, b), may),
+            },
         }
     }
 
@@ -259,7 +272,10 @@ impl Graph {
                 }
             }
         }
-        self.push(Op::Or(a, b), may)
+        match self.known_or(a, b) {
+            Some(less) => less,
+            None => self.push(Op::Or(a, b), may),
+        }
     }
 
     /// A node as some bits of another in their places.
@@ -307,7 +323,10 @@ impl Graph {
                 let inner = self.xor(a, x);
                 self.xor(inner, c)
             }
-            _ => self.push(Op::Xor(a, b), may),
+            _ => match self.known_xor(a, b) {
+                Some(less) => less,
+                None => self.push(Op::Xor(a, b), may),
+            },
         }
     }
 
@@ -323,7 +342,10 @@ impl Graph {
         match (self.value(a), self.value(b)) {
             (Some(x), Some(y)) => self.constant(x.wrapping_add(y)),
             (None, Some(0)) => a,
-            _ => self.push(Op::Add(a, b), if top == 0 { u64::MAX } else { u64::MAX >> (top - 1) }),
+            _ => match self.known_add(a, b) {
+                Some(less) => less,
+                None => self.push(Op::Add(a, b), if top == 0 { u64::MAX } else { u64::MAX >> (top - 1) }),
+            },
         }
     }
 
@@ -530,7 +552,14 @@ impl Graph {
                     let n = self.not(s, 1);
                     return self.or(n, a);
                 }
-                _ => {}
+                _ => match (self.op(a), self.op(b)) {
+                    (Op::Xor(x, c), _) if x == b && self.is(c, 1) => return self.xor(s, b),
+                    (_, Op::Xor(x, c)) if x == a && self.is(c, 1) => {
+                        let same = self.xor(s, a);
+                        return self.not(same, 1);
+                    }
+                    _ => {}
+                },
             }
         }
         // a select within one by the same

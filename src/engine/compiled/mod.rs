@@ -11,17 +11,22 @@
 //! computed for them; and again until no clock makes an edge.
 
 mod cells;
+mod chains;
 mod codegen;
 mod contents;
 mod form;
 mod four;
 mod fuse;
 mod graph;
+mod identities;
 mod lower;
 mod machine;
 mod memory;
+mod pack;
 mod peek;
+mod period;
 mod plan;
+mod prefix;
 mod segments;
 mod steps;
 mod tick;
@@ -48,8 +53,9 @@ const ENDLESS: usize = 1_000_008;
 const ABORTS: u32 = 64;
 /// Runs of a loop's chunk after which it is looked at step by step.
 const STEPS_COMPILED: u32 = 64;
-/// Waves in a form after which ticks are made in one piece.
+/// Waves in a form after which ticks are made in one piece, and nodes for which it is one more.
 const WARM: u64 = 16;
+const WARM_NODES: usize = 64;
 /// Waves in the four-valued form after which one is made that takes all to be known that is.
 const PATIENCE: u64 = 64;
 const NEVER: u64 = u64::MAX;
@@ -116,6 +122,8 @@ pub struct EngineReport {
     pub four_valued: u64,
     /// Forms that were compiled.
     pub forms: u64,
+    /// Waves that ran on state packed into words.
+    pub packed: u64,
 }
 
 #[derive(Clone, Copy, Debug)]

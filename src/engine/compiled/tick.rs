@@ -1,7 +1,8 @@
 //! Ticks in one piece of code, and what they leave to the waves.
 
 use super::form::Wanted;
-use super::{ABORTS, CompiledEngine, NEVER, WARM, bit_of};
+use super::period::SHORT;
+use super::{ABORTS, CompiledEngine, NEVER, bit_of};
 use crate::engine::Unsettled;
 use crate::value::Word;
 
@@ -14,17 +15,24 @@ impl CompiledEngine<'_> {
             return None;
         }
         let form = &mut self.forms[number];
-        if form.waves < WARM || !form.doubtful.is_empty() || self.watches.iter().any(|w| !w.seen) {
+        if form.waves < form.warm || !form.doubtful.is_empty() || self.watches.iter().any(|w| !w.seen) {
             return None;
         }
         let wanted = Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk };
+        let buses = form.buses.clone();
         let mut end = self.memory.len() as u32;
         let made = form.ticks(self.netlist, &wanted, slot, &mut end)?;
         self.memory.resize(end as usize, Word::ZERO);
         let net = self.wiring.leaf_net[(slot - self.wiring.leaves.start) as usize];
         let observed = self.observed[net.index()].is_some();
         let done = if level && most >= 2 && !observed {
-            made.circle.run(&mut self.memory, most / 2)
+            let rounds = most / 2;
+            let packed = match rounds {
+                SHORT.. => made.period(&buses).map_or(0, |p| p.run(&mut self.memory, rounds)),
+                _ => 0,
+            };
+            self.report.packed += 2 * packed;
+            2 * packed + if packed < rounds { made.circle.run(&mut self.memory, rounds - packed) } else { 0 }
         } else {
             made.single[usize::from(level)].run(&mut self.memory, 1)
         };
