@@ -348,7 +348,8 @@ fn run_on_icarus_as_here(place: &str, draw: fn(&mut Rng) -> Drawn) {
         writeln!(bench, "      repeat (4) begin r <= ~r; @(r); end").unwrap();
         writeln!(bench, "      $fdisplay(f, \"%b\", {{{}}}); #1;\n    end\n    $finish;", list(&outs)).unwrap();
         writeln!(bench, "  end\nendmodule").unwrap();
-        std::fs::write(folder.join(format!("{round}.v")), verilog::design(&netlist) + &bench).unwrap();
+        std::fs::write(folder.join(format!("{round}.v")), verilog::Design::of(&netlist).text().to_owned() + &bench)
+            .unwrap();
         let line = |vector: &Vec<Value>| vector.iter().map(Value::bit_string).collect::<String>() + "\n";
         std::fs::write(folder.join(format!("{round}.in")), vectors.iter().map(line).collect::<String>()).unwrap();
         let (design, compiled) = (format!("{round}.v"), format!("{round}.vvp"));

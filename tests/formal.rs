@@ -163,7 +163,7 @@ fn proves(claim: &Claim, change: impl FnOnce(&mut Json)) -> bool {
 fn proves_of_verilog(claim: &Claim) -> bool {
     let folder = folder("formal");
     let path = format!("claim_{}.v", FILES.fetch_add(1, Ordering::Relaxed));
-    std::fs::write(folder.join(&path), verilog::design(&claim.circuit.netlist)).unwrap();
+    std::fs::write(folder.join(&path), verilog::Design::of(&claim.circuit.netlist).text()).unwrap();
     yosys(&folder, claim, &format!("read_verilog {path}"))
 }
 

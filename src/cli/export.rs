@@ -48,7 +48,7 @@ fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
         }
         let circuit = circuit_of(&mut loader, &args.circuit, &args.elaboration.parameter);
         let circuit = faults(&mut loader, circuit)?;
-        write(&args.output, &verilog::design(&circuit.netlist), out)?;
+        write(&args.output, verilog::Design::of(&circuit.netlist).text(), out)?;
         return Ok(Status::Done);
     };
     let changes = Changes::of(&args.elaboration, &args.scenario, &args.trace);
@@ -62,13 +62,14 @@ fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
         Some(stem) if testbench.as_os_str() != "-" => format!("{}.vcd", stem.to_string_lossy()),
         _ => format!("{}.vcd", circuit.netlist.scopes()[0].name),
     };
-    let bench = Bench { netlist: &circuit.netlist, scenario: &scenario, dump: &dump };
+    let design = verilog::Design::of(&circuit.netlist);
+    let bench = Bench { design: &design, scenario: &scenario, dump: &dump };
     let bench = bench.write().map_err(|refused| CliError::usage(refused.to_string()))?;
-    let design = verilog::design(&circuit.netlist);
+    let design = design.text();
     if *testbench == args.output {
         write(&args.output, &format!("{design}\n{bench}"), out)?;
     } else {
-        write(&args.output, &design, out)?;
+        write(&args.output, design, out)?;
         write(testbench, &bench, out)?;
     }
     Ok(Status::Done)

@@ -10,6 +10,7 @@ use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{FuncId, Linkage, Module, default_libcall_names};
 
+use super::changes;
 use super::fuse::Tick;
 use super::graph::{Graph, Id, Map, Op};
 use super::machine::{Circle, Machine};
@@ -26,6 +27,8 @@ pub(super) struct Shared {
     pub changed: Half,
     /// A bit for each settling chunk, from a new half on one for each other chunk.
     pub dirty: Half,
+    /// Where ticks write down what has changed: see `changes`.
+    pub log: Half,
 }
 
 /// The half and the bit that wake a chunk.
@@ -130,8 +133,8 @@ pub(super) fn compile_circle(
     let mut pieces: Vec<Vec<FuncId>> = Vec::new();
     for tick in ticks {
         let mut list = Vec::new();
-        // one of several functions cannot be left half done
-        let whole = !tick.chunk.aborts.is_empty();
+        // one of several functions cannot be left half done, and what it writes down it does before it stores anything
+        let whole = !tick.chunk.aborts.is_empty() || shared.log != 0;
         if whole && tick.chunk.nodes.len() > WHOLE {
             return Err("it is too long".into());
         }
@@ -181,6 +184,7 @@ pub(super) fn compile_circle(
             let mut emit = Emit::new(&tick.graph, &plan, &mut builder, base);
             let aborts = emit.nodes(&tick.chunk);
             leave(emit.builder, aborts, number - 1);
+            changes::emit(&mut emit, &tick.record, shared.log);
             emit.stores(0, &tick.chunk, shared)
         } else {
             let mut all: Option<Value> = None;
@@ -239,17 +243,17 @@ fn compile_piece(
     builder.finalize();
 }
 
-struct Emit<'a, 'b> {
+pub(super) struct Emit<'a, 'b> {
     graph: &'a Graph,
     plan: &'a Plan,
-    builder: &'a mut FunctionBuilder<'b>,
-    base: Value,
+    pub builder: &'a mut FunctionBuilder<'b>,
+    pub base: Value,
     values: Map<Id, Value>,
     /// Comparisons as the machine gives them.
     flags: Map<Id, Value>,
 }
 
-fn trusted() -> MemFlags {
+pub(super) fn trusted() -> MemFlags {
     MemFlags::trusted()
 }
 
@@ -338,7 +342,7 @@ impl<'a, 'b> Emit<'a, 'b> {
     }
 
     /// A node's value, brought from memory if another chunk computes it.
-    fn value(&mut self, id: Id) -> Value {
+    pub fn value(&mut self, id: Id) -> Value {
         if let Some(&value) = self.values.get(&id) {
             return value;
         }
@@ -473,6 +477,6 @@ impl<'a, 'b> Emit<'a, 'b> {
 }
 
 /// Where half a slot lies, in bytes.
-fn offset(half: Half) -> i32 {
+pub(super) fn offset(half: Half) -> i32 {
     i32::try_from(u64::from(half) * 8).expect("memory is smaller than that: the engine sees to it")
 }

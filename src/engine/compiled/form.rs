@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use super::changes;
 use super::codegen::{self, Shared, dirty_bit};
 use super::fuse::{Source, Tick, fuse};
 use super::graph::Map;
@@ -11,6 +12,7 @@ use super::period::Period;
 use super::plan::{Half, Plan, Root, plan};
 use super::wiring::{StatePlaces, Wiring};
 use super::{WARM, WARM_NODES};
+use crate::engine::Field;
 use crate::netlist::{NetId, Netlist};
 
 /// How many nodes go into a chunk.
@@ -25,6 +27,8 @@ pub(super) struct Wanted<'w> {
     pub shared: Shared,
     /// Nodes in a chunk, at most.
     pub chunk: usize,
+    /// How many shapes of records there are.
+    pub shapes: usize,
 }
 
 /// A net whose value is kept in memory.
@@ -33,6 +37,9 @@ pub(super) struct Kept {
     pub net: NetId,
     /// The bit that tells of a change, if it is observed.
     pub observed: Option<u32>,
+    /// Whether a change is listed, and whether it is written down.
+    pub stops: bool,
+    pub traced: bool,
     /// Whether it is kept in any form, not only where it is a control that may be unknown.
     pub always: bool,
 }
@@ -42,6 +49,10 @@ pub(super) struct Kept {
 pub(super) struct Ticks {
     pub single: [Circle; 2],
     pub circle: Circle,
+    /// The most that they write down, in words.
+    pub longest: usize,
+    /// The fields of their records, until they are given to the log.
+    pub shapes: Vec<Box<[Field]>>,
     /// The two in one step on packed state, made when a run turns out to be long.
     pub period: Option<Option<Box<Period>>>,
     up: Tick,
@@ -184,12 +195,20 @@ impl Form {
 
     fn make_ticks(&self, netlist: &Netlist, w: &Wanted<'_>, input: u32, end: &mut u32) -> Option<Ticks> {
         let lowered = self.lowered.as_ref()?;
-        let kept: Vec<(NetId, Option<u32>)> =
-            w.kept.iter().filter(|k| self.keeps[k.net.index()]).map(|k| (k.net, k.observed)).collect();
+        let kept: Vec<Kept> = w.kept.iter().copied().filter(|k| self.keeps[k.net.index()]).collect();
         let allows = |slot| self.allows(slot);
         let tick =
             |level| fuse(&Source { netlist, lowered, wiring: w.wiring, kept: &kept, allows: &allows, input, level });
-        let (up, down) = (tick(true)?, tick(false)?);
+        let (mut up, mut down) = (tick(true)?, tick(false)?);
+        let mut shapes = Vec::new();
+        for tick in [&mut up, &mut down] {
+            tick.record.shape = w.shapes + shapes.len();
+            shapes.push(tick.record.fields());
+        }
+        let longest = up.record.longest() + down.record.longest();
+        if longest > changes::ROOM {
+            return None;
+        }
         let first = *end;
         let mut make = |ticks: &[&Tick]| {
             // what pieces leave each other lies at the same place in all: only one of them runs
@@ -203,7 +222,7 @@ impl Form {
             made
         };
         let (single, circle) = ([make(&[&down])?, make(&[&up])?], make(&[&up, &down])?);
-        Some(Ticks { single, circle, period: None, up, down })
+        Some(Ticks { single, circle, longest, shapes, period: None, up, down })
     }
 
     /// Does without the ticks of an input.

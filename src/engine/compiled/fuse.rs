@@ -6,6 +6,8 @@
 //! come to an end by the wiring alone. Where state that is taken to be known would become unknown, or a loop does not
 //! settle, the tick is left before it stores anything.
 
+use super::changes::{Record, Traced};
+use super::form::Kept;
 use super::four::{Bits, Two};
 use super::graph::{Graph, Id, Map, Op};
 use super::lower::Lowered;
@@ -13,7 +15,7 @@ use super::memory::{self, Controls, Element, Put, Read, Written};
 use super::plan::{Chunk, Store};
 use super::wiring::{Bit, Part, Wiring};
 use crate::cell::CellKind;
-use crate::netlist::{NetId, Netlist};
+use crate::netlist::Netlist;
 
 /// Rounds of edges that are followed.
 const ROUNDS: usize = 8;
@@ -26,6 +28,8 @@ const NONE: Id = Id::MAX;
 pub(super) struct Tick {
     pub graph: Graph,
     pub chunk: Chunk,
+    /// What it writes down.
+    pub record: Record,
 }
 
 /// What a tick is made from.
@@ -33,8 +37,8 @@ pub(super) struct Source<'s> {
     pub netlist: &'s Netlist,
     pub lowered: &'s Lowered,
     pub wiring: &'s Wiring,
-    /// The nets that are kept, with the bits of those that are observed.
-    pub kept: &'s [(NetId, Option<u32>)],
+    /// The nets that are kept.
+    pub kept: &'s [Kept],
     /// Whether a slot of state may be unknown in the form.
     pub allows: &'s dyn Fn(u32) -> bool,
     /// The slot of the input, and what it becomes.
@@ -356,7 +360,7 @@ impl Fuse<'_> {
     fn settle(&mut self, ever: &[bool]) {
         self.keep_levels();
         // what is kept and has not changed need not be computed
-        for &(net, _) in self.s.kept {
+        for &Kept { net, .. } in self.s.kept {
             let slot = self.s.wiring.slot[net.index()].expect("what is kept has a place");
             if self.s.wiring.leaves.contains(&slot) {
                 continue;
@@ -432,10 +436,19 @@ impl Fuse<'_> {
             wakes: Vec::new(),
             again: false,
         };
-        for &(net, bit) in kept {
+        let mut traced: Vec<Traced> = Vec::new();
+        for k in kept {
+            let (net, bit) = (k.net, k.observed.filter(|_| k.stops));
             let slot = wiring.slot[net.index()].expect("what is kept has a place");
             let values = &lowered.nets[net.index()];
-            if wiring.leaves.contains(&slot) {
+            let is_leaf = wiring.leaves.contains(&slot);
+            if k.traced {
+                traced.extend((0..).zip(values).map(|(word, two)| {
+                    let known = if is_leaf { !(self.s.allows)(slot + word) } else { lowered.graph.is(two.u, 0) };
+                    Traced { net, word, slot: slot + word, known, bit: wiring.widths[net.index()] == 1 }
+                }));
+            }
+            if is_leaf {
                 if let Some(bit) = bit {
                     (0..values.len() as u32).for_each(|i| _ = observed.insert(slot + i, bit));
                 }
@@ -465,12 +478,14 @@ impl Fuse<'_> {
         let mut alarms: Vec<(u32, (Id, bool))> = self.alarms.drain().collect();
         alarms.sort_unstable_by_key(|a| a.0);
         for (slot, (u, read)) in alarms {
-            if read {
+            // what is written down of it is its value plane alone
+            if read || traced.iter().any(|t| t.slot == slot) {
                 self.abort_if(u);
             } else {
                 stores.push(Store { alarm: true, ..store(u, 2 * slot + 1, observed.get(&slot).copied()) });
             }
         }
+        let record = Record::new(traced, &stores, input, self.s.level);
         // the nodes that this needs, in order
         let mut needed = vec![false; self.out.len()];
         stores.iter().for_each(|s| needed[s.node as usize] = true);
@@ -485,6 +500,6 @@ impl Fuse<'_> {
         let nodes: Vec<Id> =
             (0..self.out.len() as Id).filter(|&n| needed[n as usize] && !self.out.op(n).is_leaf()).collect();
         let chunk = Chunk { nodes, stores, group: None, aborts: std::mem::take(&mut self.aborts), puts };
-        (chunk.nodes.len() <= LIMIT).then(|| Tick { graph: std::mem::take(&mut self.out), chunk })
+        (chunk.nodes.len() <= LIMIT).then(|| Tick { graph: std::mem::take(&mut self.out), chunk, record })
     }
 }

@@ -12,6 +12,7 @@
 
 mod cells;
 mod chains;
+mod changes;
 mod codegen;
 mod contents;
 mod form;
@@ -35,12 +36,13 @@ mod wiring;
 
 use std::collections::HashMap;
 
-use super::{Engine, EventEngine, UnknownControl, Unsettled};
+use super::{Engine, EventEngine, Log, UnknownControl, Unsettled};
 use crate::cell::{CellKind, Clock};
 use crate::netlist::{NetId, Netlist};
 use crate::value::Word;
 use crate::value::word::words;
 
+use changes::Tracing;
 use codegen::Shared;
 use form::{DEFAULT_CHUNK, Form, Kept};
 use peek::{Held, Keeps, Peeked};
@@ -69,6 +71,9 @@ pub struct CompiledEngine<'n> {
     kept: Vec<Kept>,
     observed: Vec<Option<u32>>,
     observed_nets: Vec<NetId>,
+    /// Whether a change of each of these is listed, and not only written down.
+    stops: Vec<bool>,
+    tracing: Tracing,
     /// Where the bits of observed nets that have changed begin; set when a form is made.
     shared: Shared,
     forms: Vec<Form>,
@@ -214,7 +219,9 @@ impl<'n> CompiledEngine<'n> {
             kept: Vec::new(),
             observed: vec![None; netlist.nets().len()],
             observed_nets: Vec::new(),
-            shared: Shared { alarm: 0, changed: 0, dirty: 0 },
+            stops: Vec::new(),
+            tracing: Tracing::default(),
+            shared: Shared { alarm: 0, changed: 0, dirty: 0, log: 0 },
             forms: Vec::new(),
             current: None,
             alarmed: false,
@@ -262,6 +269,7 @@ impl<'n> CompiledEngine<'n> {
         netlist: &'n Netlist,
         from: &EventEngine,
         observed: &[NetId],
+        traced: &[NetId],
     ) -> Result<CompiledEngine<'n>, String> {
         let mut engine = CompiledEngine::new(netlist)?;
         let given = from.hand_over();
@@ -293,9 +301,8 @@ impl<'n> CompiledEngine<'n> {
         engine.next_clock = engine.clocks.iter().map(|c| c.next).min().unwrap_or(NEVER);
         engine.changes.clear();
         engine.listed.fill(false);
-        for &net in observed {
-            engine.observe(net);
-        }
+        observed.iter().for_each(|&net| engine.observe(net));
+        traced.iter().for_each(|&net| engine.trace(net));
         Ok(engine)
     }
 
@@ -323,7 +330,12 @@ impl<'n> CompiledEngine<'n> {
         }
         self.shared.changed = self.memory.len() as u32 * 2;
         self.memory.extend((0..self.observed_nets.len().div_ceil(128)).map(|_| Word::ZERO));
-        let kept = |(net, always): (NetId, bool)| Kept { net, observed: self.observed[net.index()], always };
+        self.prepare_log();
+        let kept = |(net, always): (NetId, bool)| {
+            let observed = self.observed[net.index()];
+            let is = |list: &[bool]| observed.is_some_and(|bit| list[bit as usize]);
+            Kept { net, observed, stops: is(&self.stops), traced: is(&self.tracing.nets), always }
+        };
         self.kept = nets.into_iter().map(kept).collect();
         let place =
             |b: wiring::Bit, slot: &[Option<u32>]| (slot[b.net.index()].expect("it is kept") + b.lo / 64, b.lo % 64);
@@ -331,6 +343,23 @@ impl<'n> CompiledEngine<'n> {
         self.control_places = self.wiring.controls.iter().map(|c| place(c.0, &self.wiring.slot)).collect();
         self.forms.clear();
         self.current = None;
+    }
+
+    /// The number of a net whose changes are to be found out. Code is made anew for it at the next wave.
+    fn watch(&mut self, net: NetId) -> usize {
+        self.shared.changed = 0;
+        if let Some(bit) = self.observed[net.index()] {
+            return bit as usize;
+        }
+        let bit = self.observed_nets.len();
+        self.observed[net.index()] = Some(bit as u32);
+        self.observed_nets.push(net);
+        self.stops.push(false);
+        self.tracing.nets.push(false);
+        if self.started {
+            self.place(net);
+        }
+        bit
     }
 
     /// Gives a net a place with its present value, if it has none.
@@ -368,15 +397,20 @@ impl Engine for CompiledEngine<'_> {
     }
 
     fn observe(&mut self, net: NetId) {
-        if self.observed[net.index()].is_none() {
-            self.observed[net.index()] = Some(self.observed_nets.len() as u32);
-            self.observed_nets.push(net);
-            if self.started {
-                self.place(net);
-            }
-            // made anew at the next wave
-            self.shared.changed = 0;
-        }
+        let bit = self.watch(net);
+        self.stops[bit] = true;
+    }
+
+    fn trace(&mut self, net: NetId) {
+        let bit = self.watch(net);
+        self.tracing.nets[bit] = true;
+    }
+
+    fn log(&mut self) -> Option<&mut Log> {
+        self.tracing.nets.contains(&true).then(|| {
+            self.take_log();
+            &mut self.tracing.log
+        })
     }
 
     fn add_clock(&mut self, net: NetId, clock: Clock) {
@@ -428,7 +462,7 @@ impl Engine for CompiledEngine<'_> {
                 self.fire();
                 self.wave()?;
             }
-            if self.has_news() {
+            if self.has_news() || self.tracing.is_long() {
                 return Ok(true);
             }
         }

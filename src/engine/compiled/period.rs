@@ -4,6 +4,7 @@
 //! It is left before the period in which an observed net would change or state would become what the form does not allow:
 //! the ticks do that one.
 
+use super::changes::Record;
 use super::codegen::{self, Shared};
 use super::fuse::Tick;
 use super::graph::{Graph, Id, Map, Op};
@@ -55,16 +56,16 @@ impl Period {
             again: false,
         };
         let stores = step.stores.iter().map(store).collect();
-        let tick = Tick {
-            chunk: Chunk { nodes, stores, group: None, aborts: step.aborts, puts: Vec::new() },
-            graph: step.graph,
-        };
+        let record = Record::new(Vec::new(), &[], 0, false);
+        let chunk = Chunk { nodes, stores, group: None, aborts: step.aborts, puts: Vec::new() };
+        let tick = Tick { chunk, graph: step.graph, record };
         let mut end = places.len() as Half;
         let fresh = || {
             end += 1;
             end - 1
         };
-        let circle = codegen::compile_circle(&[&tick], Shared { alarm: 0, changed: 0, dirty: 0 }, fresh).ok()?;
+        let circle =
+            codegen::compile_circle(&[&tick], Shared { alarm: 0, changed: 0, dirty: 0, log: 0 }, fresh).ok()?;
         let memory = vec![Word::ZERO; end as usize / 2 + 1];
         Some(Period { circle, places, changing, memory, patience: 1, waiting: 0 })
     }

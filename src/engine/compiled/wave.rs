@@ -1,6 +1,6 @@
 //! Waves: which form runs, chunks in order, edges and what is taken at them.
 
-use super::form::{Form, Wanted};
+use super::form::Form;
 use super::wiring::Part;
 use super::{CompiledEngine, ENDLESS, STEPS_COMPILED, bit_of, codegen, half, set_bit};
 use crate::engine::{UnknownControl, Unsettled};
@@ -14,7 +14,7 @@ impl CompiledEngine<'_> {
         if let Some(found) = self.forms.iter().position(|f| f.unknown == unknown) {
             return found;
         }
-        let wanted = Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk };
+        let wanted = self.wanted();
         let mut end = self.memory.len() as u32;
         let form = Form::new(self.netlist, &wanted, unknown, &mut end);
         let form = form.unwrap_or_else(|e| panic!("code for the circuit cannot be made: {e}"));
@@ -186,10 +186,21 @@ impl CompiledEngine<'_> {
             }
             self.alarmed |= new.u != 0 && !form.allows(slot);
         }
-        if self.observed[net.index()].is_some() {
-            self.list_change(net);
+        if let Some(bit) = self.observed[net.index()] {
+            self.note(bit as usize);
         }
         true
+    }
+
+    /// Sees to it that a change of an observed or traced net becomes known.
+    #[inline(always)]
+    pub(super) fn note(&mut self, bit: usize) {
+        if self.stops[bit] {
+            self.list_change(self.observed_nets[bit]);
+        }
+        if self.tracing.nets[bit] {
+            self.tracing.changed.insert(bit);
+        }
     }
 
     pub(super) fn list_change(&mut self, net: NetId) {
@@ -352,14 +363,25 @@ impl CompiledEngine<'_> {
         Unsettled { time: self.now, nets, clocked: true }
     }
 
-    /// Lists the observed nets whose bits generated code has set.
+    /// Lists the observed nets whose bits generated code has set, or has them written down.
     pub(super) fn collect_changes(&mut self) {
         for word in 0..self.observed_nets.len().div_ceil(64) {
             let mut bits = std::mem::take(half(&mut self.memory, self.shared.changed + word as u32));
             while bits != 0 {
-                let net = self.observed_nets[word * 64 + bits.trailing_zeros() as usize];
+                self.note(word * 64 + bits.trailing_zeros() as usize);
                 bits &= bits - 1;
-                self.list_change(net);
+            }
+        }
+        self.write_down();
+    }
+
+    /// Lists the observed nets that have changed in ticks, which have written down themselves what they are to.
+    pub(super) fn list_changes(&mut self) {
+        for word in 0..self.observed_nets.len().div_ceil(64) {
+            let mut bits = std::mem::take(half(&mut self.memory, self.shared.changed + word as u32));
+            while bits != 0 {
+                self.list_change(self.observed_nets[word * 64 + bits.trailing_zeros() as usize]);
+                bits &= bits - 1;
             }
         }
     }

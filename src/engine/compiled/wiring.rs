@@ -88,6 +88,8 @@ pub(super) struct MemoryPlace {
 /// See the head of this file.
 #[derive(Debug, Default)]
 pub(super) struct Wiring {
+    /// The width of each net.
+    pub widths: Vec<u32>,
     /// First slot of each net that has one.
     pub slot: Vec<Option<u32>>,
     /// Inputs and state, which have slots from the start: the slots, those of the inputs first.
@@ -135,7 +137,8 @@ pub(super) fn initial(netlist: &Netlist, net: NetId) -> Vec<Word> {
 impl Wiring {
     /// Lays out the state of a netlist from slot `first` on.
     pub fn new(netlist: &Netlist, first: u32) -> Wiring {
-        let mut w = Wiring { slot: vec![None; netlist.nets().len()], ..Wiring::default() };
+        let widths = netlist.nets().iter().map(|n| n.width).collect();
+        let mut w = Wiring { widths, slot: vec![None; netlist.nets().len()], ..Wiring::default() };
         w.initial = vec![Word::ZERO; first as usize];
         for input in [true, false] {
             for net in netlist.net_ids() {

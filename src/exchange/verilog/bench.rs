@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::fmt::Write as _;
 
 use super::Refused;
-use super::design::{Written, bench_timescale, written};
+use super::design::{Design, bench_timescale};
 use super::names::{Taken, identifier};
 use super::storage::clocks;
 use super::text::{literal, range};
@@ -19,8 +19,8 @@ use crate::scenario::Scenario;
 /// A scenario to be written as a test bench.
 #[derive(Clone, Copy, Debug)]
 pub struct Bench<'a> {
-    /// The circuit.
-    pub netlist: &'a Netlist,
+    /// The circuit as it was written.
+    pub design: &'a Design<'a>,
     /// What happens to it. What it expects and checks is not in the test bench.
     pub scenario: &'a Scenario,
     /// The file that the waveform goes to.
@@ -31,13 +31,12 @@ pub struct Bench<'a> {
 const MOST_ROUNDS: usize = 1000;
 
 impl Bench<'_> {
-    /// The module, for the design that [`design`](super::design()) writes.
+    /// The module.
     ///
     /// # Errors
     /// What cannot be said in Verilog: times beyond 63 bits, a file name with a quotation mark.
     pub fn write(&self) -> Result<String, Refused> {
-        let design = written(self.netlist);
-        let (netlist, scenario) = (self.netlist, self.scenario);
+        let (design, netlist, scenario) = (self.design, self.design.netlist, self.scenario);
         let far = |t: u64| t > i64::MAX as u64;
         if scenario.stimulus.iter().any(|e| far(e.time)) || scenario.limit_given && far(scenario.limit) {
             return Err(Refused("a test bench cannot wait for more than 2^63 ticks".into()));
@@ -112,8 +111,8 @@ impl Bench<'_> {
         );
         let _ = writeln!(text, "        end\n    endtask");
         self.stimulus(&mut text, &names, &settle);
-        self.end(&mut text, &design, &mut taken, &dut, rounds)?;
-        self.dump(&mut text, &design, &dut);
+        self.end(&mut text, design, &mut taken, &dut, rounds)?;
+        self.dump(&mut text, design, &dut);
         text += "endmodule\n";
         Ok(text)
     }
@@ -148,12 +147,12 @@ impl Bench<'_> {
     fn end(
         &self,
         text: &mut String,
-        design: &Written,
+        design: &Design<'_>,
         taken: &mut Taken,
         dut: &str,
         rounds: usize,
     ) -> Result<(), Refused> {
-        let (netlist, scenario) = (self.netlist, self.scenario);
+        let (netlist, scenario) = (self.design.netlist, self.scenario);
         let last = identifier(&taken.fresh(&[0], "last"));
         let finish = identifier(&taken.fresh(&[0], "finish"));
         // after both waves of the instant
@@ -189,7 +188,7 @@ impl Bench<'_> {
     }
 
     /// The same nets as `run` records, scope by scope.
-    fn dump(&self, text: &mut String, design: &Written, dut: &str) {
+    fn dump(&self, text: &mut String, design: &Design<'_>, dut: &str) {
         let _ = writeln!(text, "\n    initial begin\n        $dumpfile(\"{}\");", self.dump);
         for &signal in &self.scenario.trace {
             if let Some(path) = self.path(design, dut, signal) {
@@ -200,8 +199,8 @@ impl Bench<'_> {
     }
 
     /// Where a signal is, from the test bench.
-    fn path(&self, design: &Written, dut: &str, id: SignalId) -> Option<String> {
-        let netlist = self.netlist;
+    fn path(&self, design: &Design<'_>, dut: &str, id: SignalId) -> Option<String> {
+        let netlist = self.design.netlist;
         let signal = netlist.signal(id);
         let (prefix, module, block) = scope_path(netlist, design, dut, signal.scope)?;
         let same =
@@ -212,7 +211,7 @@ impl Bench<'_> {
 }
 
 /// The path of a scope, its module and the block within it.
-fn scope_path(netlist: &Netlist, design: &Written, dut: &str, scope: ScopeId) -> Option<(String, usize, usize)> {
+fn scope_path(netlist: &Netlist, design: &Design<'_>, dut: &str, scope: ScopeId) -> Option<(String, usize, usize)> {
     let own = &netlist.scopes()[scope.index()];
     let Some(parent) = own.parent else { return Some((dut.to_owned(), 0, 0)) };
     let (prefix, module, block) = scope_path(netlist, design, dut, parent)?;

@@ -1,8 +1,8 @@
 //! Cells without state: operators and the expressions that mean the same, x and z included.
 
-use super::design::Writer;
 use super::storage;
 use super::text::{literal, part, range, repeat, zeros};
+use super::writer::Writer;
 use crate::cell::{AddOp, CellKind, CompareOp, DivideOp, GateOp, ShiftOp};
 use crate::netlist::hierarchy::Cell;
 

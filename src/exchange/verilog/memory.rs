@@ -4,8 +4,8 @@
 //! by `#0`, which waits until what changes at once has changed: of ports with different clocks the later one comes
 //! later, and a port that shows what another clock's port writes looks whether that clock has made its edge.
 
-use super::design::Writer;
 use super::text::{literal, part, range};
+use super::writer::Writer;
 use crate::cell::memory::pin::{RD_ADDR, RD_ARST, RD_CLK, RD_EN, RD_SRST, WR_ADDR, WR_CLK, WR_DATA, WR_EN};
 use crate::cell::memory::{ReadPort, WritePort};
 use crate::cell::{Edge, Memory};

@@ -4,17 +4,20 @@
 //! modules. Elements that no operator has are modules of their own (`support.v`), added where they are used.
 
 mod bench;
+mod body;
 mod cells;
 mod design;
+mod feedback;
 mod memory;
 mod names;
 mod storage;
 mod text;
+mod writer;
 
 use std::fmt;
 
 pub use bench::Bench;
-pub use design::design;
+pub use design::Design;
 
 /// What Verilog, or this way of writing it, cannot say.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -2,9 +2,9 @@
 
 use std::collections::HashSet;
 
-use super::design::Writer;
 use super::memory;
 use super::text::{literal, range, repeat, zeros};
+use super::writer::Writer;
 use crate::cell::{CellKind, Counter, Edge, Flop};
 use crate::netlist::hierarchy::{Cell, Piece};
 use crate::netlist::{NetId, Netlist};

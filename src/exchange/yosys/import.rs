@@ -4,6 +4,8 @@
 //! to. Cells are lowered in [`cells`](super::cells). All faults are told at once, each with the place in the file and
 //! in the source that Yosys read.
 
+mod bits;
+mod memories;
 mod top;
 
 use std::collections::{BTreeMap, HashMap};
@@ -11,16 +13,15 @@ use std::collections::{BTreeMap, HashMap};
 use indexmap::IndexMap;
 
 use super::cells::{self, Type};
-use super::file::{self, Bit, Cell, File, Module, Port, Term};
+use super::file::{self, Cell, File, Module, Port, Term};
 use super::monitor::Monitor;
 use super::origin::Origins;
-use crate::cell::Memory;
 use crate::circuit::Limits;
 use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Span};
-use crate::exchange::readmem::{self, Shape};
 use crate::netlist::{Builder, Bus, Direction, ScopeId};
-use crate::value::Word;
-use crate::{Logic, Value};
+
+pub(super) use bits::Here;
+use bits::Plan;
 
 /// How deep modules may be in one another, whatever the limit: each takes some of the stack.
 const DEEPEST: u64 = 300;
@@ -55,62 +56,6 @@ pub struct Imported {
     pub parameters: IndexMap<String, i64>,
     /// Its default scenario as JSON, where we wrote it.
     pub simulation: Option<String>,
-}
-
-/// How the numbers of a module's bits become indices.
-enum Index {
-    /// They are indices.
-    Dense(u32),
-    /// They are far apart.
-    Sparse(HashMap<u32, u32>),
-}
-
-impl Index {
-    fn new(module: &Module<'_>) -> Index {
-        let used = module.all_bits().len();
-        if module.bit_end as usize <= 4 * used + 64 {
-            return Index::Dense(module.bit_end);
-        }
-        let mut map = HashMap::new();
-        for number in module.all_bits().iter().filter_map(|b| b.number()) {
-            let next = map.len() as u32;
-            map.entry(number).or_insert(next);
-        }
-        Index::Sparse(map)
-    }
-
-    fn len(&self) -> u32 {
-        match self {
-            Index::Dense(n) => *n,
-            Index::Sparse(map) => map.len() as u32,
-        }
-    }
-
-    fn of(&self, number: u32) -> usize {
-        match self {
-            Index::Dense(_) => number as usize,
-            Index::Sparse(map) => map[&number] as usize,
-        }
-    }
-}
-
-/// What is worked out once for each module that is used.
-struct Plan {
-    index: Index,
-    /// What its storage cells hold at the start, by bit; empty if nothing is said.
-    init: Vec<Logic>,
-    /// Its cells' first place among the origins.
-    origin: u32,
-}
-
-/// An instance of a module while it is being built.
-pub(super) struct Here<'f, 'a> {
-    pub module: &'f Module<'a>,
-    number: usize,
-    pub scope: ScopeId,
-    /// The bits of the builder, by index.
-    map: Vec<u32>,
-    depth: u64,
 }
 
 pub(super) struct Import<'f, 'a> {
@@ -201,15 +146,7 @@ impl<'f, 'a> Import<'f, 'a> {
         self.top_ports(&mut here);
         self.fill(&mut here);
         self.body(&here);
-        for c in self.contents.iter().filter(|c| !self.memories.iter().any(|m| m == c.name)) {
-            let fault = Diagnostic::new(Code::UnknownMemory, format!("the circuit has no memory `{}`", c.name));
-            let fault = fault.at(c.span, "not in the circuit");
-            let fault = match &self.memories[..] {
-                [] => fault.help("there is none at all: Yosys may have made flip-flops of them (`memory_map`)"),
-                all => fault.did_you_mean(c.name, all.iter().map(String::as_str)),
-            };
-            self.diagnostics.push(fault.help("a memory is named by its path below the top module, as in `u1.mem`"));
-        }
+        self.unknown_memories();
         for (kind, (n, why)) in std::mem::take(&mut self.ignored) {
             let cells = if n == 1 { "cell is" } else { "cells are" };
             let message = format!("{n} `{kind}` {cells} left out: {why}");
@@ -256,38 +193,6 @@ impl<'f, 'a> Import<'f, 'a> {
         })
     }
 
-    /// An instance without bits.
-    fn here(&mut self, number: usize, scope: ScopeId, depth: u64) -> Here<'f, 'a> {
-        let file = self.file;
-        let module = &file.modules[number];
-        if self.plans[number].is_none() {
-            let index = Index::new(module);
-            let mut init = Vec::new();
-            for net in &module.nets {
-                let Some(value) = net.init.and_then(|s| file.value(s)) else { continue };
-                init.resize(index.len() as usize, Logic::X);
-                for (i, bit) in module.bits(net.bits).iter().enumerate().take(value.width() as usize) {
-                    if let (Some(n), known @ (Logic::Zero | Logic::One | Logic::Z)) =
-                        (bit.number(), value.bit(i as u32))
-                    {
-                        init[index.of(n)] = known;
-                    }
-                }
-            }
-            let origin = self.origins.places();
-            for cell in &module.cells {
-                self.origins.add(self.span_of(&cell.name), self.term_span(cell.source));
-            }
-            self.plans[number] = Some(Plan { index, init, origin });
-        }
-        let bits = self.plan(number).index.len();
-        Here { module, number, scope, map: vec![NONE; bits as usize], depth }
-    }
-
-    fn plan(&self, number: usize) -> &Plan {
-        self.plans[number].as_ref().expect("a plan is made with the first instance")
-    }
-
     /// Which way a port goes, if it is said.
     fn direction(&self, port: &Port<'_>) -> Option<Direction> {
         match self.file.terms.text(port.direction?).as_ref() {
@@ -329,32 +234,6 @@ impl<'f, 'a> Import<'f, 'a> {
         }
     }
 
-    /// Makes a bit of an instance the builder's bit `to`.
-    fn bind(&mut self, here: &mut Here<'f, 'a>, bit: Bit, to: u32) {
-        let Some(number) = bit.number() else {
-            let constant = Value::repeat(bit.constant().unwrap_or(Logic::X), 1);
-            let own = self.builder.own_constant(&constant);
-            self.builder.join(&own, &Bus::of_bit(to));
-            return;
-        };
-        let at = self.plan(here.number).index.of(number);
-        match here.map[at] {
-            NONE => here.map[at] = to,
-            other => self.builder.join(&Bus::of_bit(other), &Bus::of_bit(to)),
-        }
-    }
-
-    /// Gives every bit that has none yet one of its own.
-    fn fill(&mut self, here: &mut Here<'f, 'a>) {
-        let free = here.map.iter().filter(|&&b| b == NONE).count() as u32;
-        if u64::from(self.builder.bit_count()) + u64::from(free) > self.limits.bits.min(u64::from(u32::MAX) - 2) {
-            here.map.iter_mut().for_each(|b| *b = 0);
-            return self.too_large("bits", "bits", self.limits.bits, self.span_of(&here.module.name));
-        }
-        let mut fresh = self.builder.bits(free).bits().collect::<Vec<u32>>().into_iter();
-        here.map.iter_mut().filter(|b| **b == NONE).for_each(|b| *b = fresh.next().unwrap_or(0));
-    }
-
     fn too_large(&mut self, limit: &str, what: &str, most: u64, span: Span) {
         if !std::mem::replace(&mut self.full, true) {
             let fault = Diagnostic::new(Code::TooLarge, format!("the circuit has more than {most} {what}"));
@@ -363,40 +242,9 @@ impl<'f, 'a> Import<'f, 'a> {
         }
     }
 
-    /// The builder's bits for some of an instance.
-    pub fn bus(&mut self, here: &Here<'f, 'a>, bits: &[Bit]) -> Bus {
-        let mut bus = Bus::default();
-        let mut at = 0;
-        while at < bits.len() {
-            if let Some(number) = bits[at].number() {
-                bus.push(here.map[self.plan(here.number).index.of(number)]);
-                at += 1;
-                continue;
-            }
-            let constants = bits[at..].iter().map_while(|b| b.constant());
-            let run: Vec<Logic> = constants.collect();
-            at += run.len();
-            let mut value = Value::unknown(run.len() as u32);
-            run.iter().enumerate().for_each(|(i, &b)| value.set_bit(i as u32, b));
-            bus.append(&self.constant(&value));
-        }
-        bus
-    }
-
-    /// A constant, shared with others unless it is to become part of a wire.
-    pub fn constant(&mut self, value: &Value) -> Bus {
-        if self.own_constants { self.builder.own_constant(value) } else { self.builder.constant(value) }
-    }
-
     /// Says where the last signal stands: with a cell.
     pub fn place_signal(&mut self, cell: &str) {
         self.origins.signal(self.span_of(cell));
-    }
-
-    /// What a bit holds at the start.
-    pub fn init(&self, here: &Here<'f, 'a>, bit: Bit) -> Logic {
-        let plan = self.plan(here.number);
-        bit.number().and_then(|n| plan.init.get(plan.index.of(n))).copied().unwrap_or(Logic::X)
     }
 
     /// The scope of a path below another.
@@ -473,26 +321,6 @@ impl<'f, 'a> Import<'f, 'a> {
     pub fn at_cell(&mut self, here: &Here<'f, 'a>, at: usize) {
         self.origins.fill(self.builder.cell_count(), self.at);
         self.at = self.plan(here.number).origin + at as u32;
-    }
-
-    /// Registers a memory, and puts what it is to hold in place of what it holds at first.
-    pub fn fill_memory(&mut self, path: String, shape: Shape, init: &mut [Word]) {
-        let contents = self.contents;
-        for c in contents.iter().filter(|c| c.name == path) {
-            readmem::read(c.text, c.file, shape, &mut self.diagnostics, |index, value| {
-                Memory::set_word(shape.width, init, index, value, |_| true);
-            });
-        }
-        self.memories.push(path);
-    }
-
-    /// Counts the bits of a memory; returns whether there is room for them.
-    pub fn take_memory(&mut self, cell: &str, bits: u64) -> bool {
-        self.memory_bits = self.memory_bits.saturating_add(bits);
-        if self.memory_bits > self.limits.bits {
-            self.too_large("bits", "bits in memories", self.limits.bits, self.span_of(cell));
-        }
-        self.memory_bits <= self.limits.bits
     }
 
     /// The blocks around a name that a flattened one had, and that name; only where it is the name indeed, so that no two

@@ -4,6 +4,7 @@
 //! one module. Within a module every bit has one wire that stands for it; all else that shows it is another name for it.
 //! The cells that resolve several drivers are gone: here they drive one wire together. Nothing here knows of a format.
 
+mod alike;
 mod body;
 pub(crate) mod circles;
 mod flat;
