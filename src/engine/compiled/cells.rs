@@ -362,8 +362,10 @@ fn one_hot(g: &mut Graph, width: u32, inputs: u32, ins: &[Bits]) -> Bits {
         several = g.or(several, both);
         before = g.or(before, some);
     }
-    let mut y = ins[0].clone();
-    for k in 0..inputs {
+    // what holds while none is active does not matter where one always is
+    let covered = plain && g.is(several, 0) && g.exhaustive(&lines);
+    let mut y = if covered { slice(g, &ins[1], 0, width) } else { ins[0].clone() };
+    for k in u32::from(covered)..inputs {
         let (part, s) = (slice(g, &ins[1], k * width, width), lines[k as usize]);
         for (y, part) in y.iter_mut().zip(part) {
             *y = g.pick4(s, part, *y);
