@@ -293,7 +293,7 @@ impl Build<'_> {
     fn read(&mut self, at: At, pieces: &[Piece]) {
         let end = match pieces {
             [] | [Piece::Open(_)] => End::Open,
-            [Piece::Constant(value)] => End::Constant(pins::constant(value)),
+            [Piece::Constant(value)] => End::Constant(pins::constant(value), value.width()),
             [Piece::Wire { wire, lo, width }] => self.want(*wire, *lo, *width).map_or(End::Open, End::Net),
             several => self.join(several, None).map_or(End::Open, End::Net),
         };

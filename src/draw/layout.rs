@@ -13,7 +13,11 @@ use super::Refusal;
 use super::graph;
 use super::scene::{End, Scene, Shape, Side, What};
 use super::symbol::{self, Extent, PinSpot};
+use super::wire::Lines;
 use crate::netlist::{Hierarchy, Netlist};
+
+/// Bodies of so many nodes in all are laid out for one drawing, to have the best.
+const ATTEMPTS: usize = 300;
 
 /// A body with the places of all that is in it.
 pub(super) struct Placed {
@@ -22,6 +26,31 @@ pub(super) struct Placed {
     /// The pieces of each net, each from one point to another along an axis.
     pub wires: Vec<Vec<[[f64; 2]; 2]>>,
     pub size: [f64; 2],
+}
+
+/// What ELK makes of a body.
+struct Routed {
+    nodes: Vec<Spot>,
+    wires: Vec<Vec<[[f64; 2]; 2]>>,
+    size: [f64; 2],
+}
+
+impl Routed {
+    /// How good it is, the less the better: crossings before corners before length.
+    fn cost(&self) -> f64 {
+        let lines: Vec<Lines> = self.wires.iter().map(|w| Lines::of(w)).collect();
+        let mut cost = 0.0;
+        for (n, net) in lines.iter().enumerate() {
+            cost += 2.0 * (net.across.len() + net.down.len()) as f64;
+            cost += net.across.iter().chain(&net.down).map(|l| l[2] - l[1]).sum::<f64>() / 400.0;
+            for h in &net.across {
+                let others = lines.iter().enumerate().filter(|(m, _)| *m != n).flat_map(|(_, l)| &l.down);
+                let crossed = others.filter(|v| h[1] < v[0] && v[0] < h[2] && v[1] < h[0] && h[0] < v[2]);
+                cost += 10.0 * crossed.count() as f64;
+            }
+        }
+        cost
+    }
 }
 
 /// Where a node is.
@@ -89,6 +118,24 @@ fn arrange(scene: Scene, inner: Vec<Option<Rc<Placed>>>) -> Result<Placed, Refus
         .zip(&inner)
         .map(|(node, inner)| symbol::extent(&scene, node, inner.as_ref().map(|i| i.size), widest))
         .collect();
+    // the sweep that sorts the layers begins at random: the best of some, the same each time
+    let attempts = (ATTEMPTS / scene.nodes.len().max(1)).clamp(1, 8);
+    let mut best: Option<(f64, Routed)> = None;
+    for seed in 1..=attempts {
+        let routed = route(&scene, &inner, &extents, seed)?;
+        let cost = routed.cost();
+        if best.as_ref().is_none_or(|b| cost < b.0) {
+            best = Some((cost, routed));
+        }
+    }
+    let Some((_, Routed { nodes, wires, size })) = best else {
+        return Err(Refusal::Layout("there is none".to_owned()));
+    };
+    Ok(Placed { scene, nodes, wires, size })
+}
+
+/// One layout of a body.
+fn route(scene: &Scene, inner: &[Option<Rc<Placed>>], extents: &[Extent], seed: usize) -> Result<Routed, Refusal> {
     let mut spots: Vec<Vec<PinSpot>> = Vec::new();
     for (i, node) in scene.nodes.iter().enumerate() {
         let order: Vec<usize> = (0..node.pins.len()).collect();
@@ -100,7 +147,7 @@ fn arrange(scene: Scene, inner: Vec<Option<Rc<Placed>>>) -> Result<Placed, Refus
     let free = |i: usize| !scene.nodes[i].ordered && inner[i].is_none();
     let some_free = (0..scene.nodes.len()).any(|i| free(i) && scene.nodes[i].pins.len() > 2);
     if some_free {
-        let first = run(&graph_of(&scene, &extents, &spots, &free))?;
+        let first = run(&graph_of(scene, extents, &spots, &free, seed))?;
         for i in (0..scene.nodes.len()).filter(|&i| free(i)) {
             let mut heights = vec![0.0; scene.nodes[i].pins.len()];
             for (p, port) in list(&first["children"][i], "ports").iter().enumerate() {
@@ -113,8 +160,8 @@ fn arrange(scene: Scene, inner: Vec<Option<Rc<Placed>>>) -> Result<Placed, Refus
             spots[i] = symbol::pins(&scene.nodes[i], &extents[i], &rank);
         }
     }
-    let out = run(&graph_of(&scene, &extents, &spots, &|_| false))?;
-    Ok(read(scene, inner, &extents, spots, &out))
+    let out = run(&graph_of(scene, extents, &spots, &|_| false, seed))?;
+    Ok(read(scene, inner, extents, spots, &out))
 }
 
 /// The pins of an opened instance: where its ports are.
@@ -132,7 +179,13 @@ fn framed(inner: &Placed, extent: &Extent) -> Vec<PinSpot> {
 }
 
 /// The graph in ELK's JSON.
-fn graph_of(scene: &Scene, extents: &[Extent], spots: &[Vec<PinSpot>], free: &dyn Fn(usize) -> bool) -> Value {
+fn graph_of(
+    scene: &Scene,
+    extents: &[Extent],
+    spots: &[Vec<PinSpot>],
+    free: &dyn Fn(usize) -> bool,
+    seed: usize,
+) -> Value {
     let large = scene.nodes.len() > 400;
     let nodes = scene.nodes.iter().enumerate().map(|(n, node)| {
         let pins = node.pins.iter().enumerate().map(|(p, pin)| {
@@ -180,7 +233,7 @@ fn graph_of(scene: &Scene, extents: &[Extent], spots: &[Vec<PinSpot>], free: &dy
             "elk.direction": "RIGHT",
             "elk.edgeRouting": "ORTHOGONAL",
             "elk.padding": "[top=0,left=0,bottom=0,right=0]",
-            "elk.randomSeed": 1,
+            "elk.randomSeed": seed,
             "elk.separateConnectedComponents": false,
             "elk.layered.thoroughness": if large { 7 } else { 60 },
             "elk.layered.nodePlacement.strategy": if large { "BRANDES_KOEPF" } else { "NETWORK_SIMPLEX" },
@@ -211,18 +264,18 @@ fn point(value: &Value) -> [f64; 2] {
 }
 
 fn read(
-    scene: Scene,
-    inner: Vec<Option<Rc<Placed>>>,
+    scene: &Scene,
+    inner: &[Option<Rc<Placed>>],
     extents: &[Extent],
     spots: Vec<Vec<PinSpot>>,
     out: &Value,
-) -> Placed {
+) -> Routed {
     let mut nodes = Vec::new();
     for (n, (pins, inner)) in spots.into_iter().zip(inner).enumerate() {
         let at = point(&out["children"][n]);
         let moved = |[x, y]: [f64; 2]| [x + at[0], y + at[1]];
         let pins = pins.iter().map(|p| PinSpot { outer: moved(p.outer), body: moved(p.body) }).collect();
-        nodes.push(Spot { at, extent: extents[n], pins, inner });
+        nodes.push(Spot { at, extent: extents[n], pins, inner: inner.clone() });
     }
     let mut wires: Vec<Vec<[[f64; 2]; 2]>> = scene.nets.iter().map(|_| Vec::new()).collect();
     for edge in list(out, "edges") {
@@ -243,10 +296,17 @@ fn read(
         }
     }
     let size = [halves(&out["width"]).ceil(), halves(&out["height"]).ceil()];
-    Placed { scene, nodes, wires, size }
+    Routed { nodes, wires, size }
 }
 
 /// Has ELK lay out a graph.
+#[cfg(not(feature = "draw"))]
+fn run(_: &Value) -> Result<Value, Refusal> {
+    Err(Refusal::Layout("discreta was built without it, see the feature `draw`".to_owned()))
+}
+
+/// Has ELK lay out a graph.
+#[cfg(feature = "draw")]
 fn run(graph: &Value) -> Result<Value, Refusal> {
     let text = graph.to_string();
     // it recurses along the longest path

@@ -1,8 +1,8 @@
 //! The schematic of a netlist as SVG: standard symbols from left to right, instances as boxes or opened, orthogonal wires.
 //!
-//! [`graph`] makes nodes, pins and nets of a module's body, [`symbol`] knows what a node looks like, [`layout`] has ELK's
-//! layered algorithm place nodes and route wires ([decision 7](../../docs/decisions/0007-elk-lays-out-schematics.md)),
-//! [`paint`] writes SVG. This room knows netlists; it knows neither engines nor waveforms nor files.
+//! `graph` makes nodes, pins and nets of a module's body, `symbol` knows what a node looks like, `layout` has ELK's
+//! layered algorithm place nodes and route wires (docs/decisions/0007-elk-lays-out-schematics.md), `paint` writes SVG.
+//! This room knows netlists; it knows neither engines nor waveforms nor files.
 //!
 //! # What a program may rely on in the SVG
 //!
@@ -10,7 +10,7 @@
 //!
 //! | element | attributes | is |
 //! |---|---|---|
-//! | `svg.schematic` | `data-top`, `data-scope` | the whole; `data-top` is the top scope of a waveform, `data-scope` the path below it of the instance that is drawn (empty: the top itself) |
+//! | `svg.schematic` | `data-top`, `data-scope` | the whole; `data-top` is the top scope of a waveform, `data-scope` the path below it of the instance that is drawn (without it: the top itself) |
 //! | `g.cell` | `id="cell:PATH"`, `data-cell="PATH"`, `data-kind` | a cell: `register`, `and`, …; `memory[7:0]` is the cells `memory[0]` to `memory[7]` side by side, drawn as one |
 //! | `g.instance` | `id="cell:PATH"`, `data-cell="PATH"`, `data-module`, and class `open` | an instance of a module; `open` if its inside is drawn in it |
 //! | `g.port` | `id="port:PATH"`, `data-port="PATH"`, `data-net`, `data-direction` | a port of the drawn module, or of an opened instance: `input`, `output`, `inout` |
@@ -24,7 +24,7 @@
 //! no signal shows has no `data-net` but `data-driver="CELL.PIN"`. An `id` is `net:` and the name, with `[bits]` if these
 //! are not the whole signal, and `~2`, `~3`… where a wire is drawn in several places; every place has `data-net`.
 //! A net that is drawn by its name at both ends (a clock, a reset) is one `g.net` with a `text.label` at each end.
-//! A wire that carries a constant has `data-constant="0101"` and neither of the others.
+//! A constant at a pin has `data-constant` as it is written (`1`, `8'hff`) and neither of the others.
 //!
 //! Colours are custom properties on `svg.schematic`, which a page can set: `--paper`, `--ink`, `--wire`, `--bus`,
 //! `--fill`, `--soft`, `--accent`. All names of classes mean something only within `svg.schematic`. Coordinates are pixels
@@ -82,10 +82,12 @@ impl std::error::Error for Refusal {}
 /// A module that is not there, or more cells than a picture can show.
 ///
 /// ```
+/// # #[cfg(feature = "draw")] {
 /// use discreta::draw::{Options, svg};
 /// let circuit = discreta::circuit::load("circuits/evaluation/line.json")?;
 /// let picture = svg(&circuit.netlist, &Options::default())?;
 /// assert!(picture.contains("data-cell=\"adder\""));
+/// # }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn svg(netlist: &Netlist, options: &Options<'_>) -> Result<String, Refusal> {

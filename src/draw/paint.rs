@@ -28,6 +28,7 @@ const STYLE: &str = "
     .schematic .size { font-size: 9px; }
     .schematic .header { font-size: 11px; font-weight: 600; }
     .schematic .sign { font-size: 16px; font-weight: 600; }
+    .schematic .port-name { font-weight: 600; }
     .schematic .label { fill: #9a4e00; fill: var(--accent); }
     .schematic .value { fill: #0860ca; fill: var(--bus); }
     .schematic .body { fill: #f6f8fa; fill: var(--fill); stroke: #1f2328; stroke: var(--ink); stroke-width: 1.3; stroke-linejoin: round; }
@@ -53,6 +54,7 @@ pub(super) fn svg(netlist: &Netlist, module: &Module, placed: &Placed) -> String
     let title = if module.name.is_empty() { "circuit" } else { &module.name };
     let text = title.chars().count() as f64 * 8.7;
     let [w, h] = [placed.size[0].max(text) + 2.0 * EDGE, placed.size[1] + 2.0 * EDGE + TITLE];
+    let scope = netlist.scope_path(module.scope);
     let mut svg = Svg::new();
     let [width, height] = [w, h].map(number);
     let head = [
@@ -64,6 +66,7 @@ pub(super) fn svg(netlist: &Netlist, module: &Module, placed: &Placed) -> String
         ("role", "img"),
         ("aria-labelledby", "schematic-title"),
         ("data-top", &netlist.scopes()[0].name),
+        ("data-scope", &scope),
     ];
     svg.open("svg", &head);
     svg.text("title", &[("id", "schematic-title")], &format!("Schematic of {title}"));
@@ -71,7 +74,6 @@ pub(super) fn svg(netlist: &Netlist, module: &Module, placed: &Placed) -> String
     svg.rectangle("paper", [0.0, 0.0, w, h]);
     svg.label("heading", [EDGE, 26.0], "start", title);
     let mut painter = Painter { svg, ids: HashMap::new() };
-    let scope = netlist.scope_path(module.scope);
     let prefix = if scope.is_empty() { String::new() } else { format!("{scope}.") };
     painter.body(placed, [EDGE, EDGE + TITLE], &prefix);
     painter.svg.finish()
@@ -183,7 +185,7 @@ impl Painter {
     fn pin(&mut self, node: &Node, pin: &Pin, [x, y]: [f64; 2]) {
         let at = format!("{} {}", number(x), number(y));
         self.svg.open("g", &[("class", "pin"), ("data-pin", &pin.name), ("data-at", &at)]);
-        let plain = node.shape == Shape::Sign && node.pins.len() == 2;
+        let plain = node.shape == Shape::Sign && node.pins.len() <= 2;
         let written =
             matches!(node.shape, Shape::Block | Shape::Mux | Shape::Demux) || node.shape == Shape::Sign && !plain;
         let text = shortened(&pin.text);
@@ -200,8 +202,8 @@ impl Painter {
             }
             _ => {}
         }
-        if let End::Constant(text) = &pin.end {
-            self.svg.open("g", &[("class", "net"), ("data-constant", text)]);
+        if let End::Constant(text, width) = &pin.end {
+            self.svg.open("g", &[("class", "net"), ("data-constant", text), ("data-width", &width.to_string())]);
             self.stub(pin.side, [x, y], stub_length(node, pin), "at", text);
             self.svg.close();
         }

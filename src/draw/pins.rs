@@ -156,7 +156,7 @@ fn look(kind: &CellKind, element: &str) -> (Shape, String, bool) {
         CellKind::Delay { ticks, .. } => block(&format!("Δt {ticks}")),
         CellKind::Clock(clock) => block(&format!("clock {}", clock.period)),
         CellKind::Sr { .. } => block("SR"),
-        CellKind::Constant(value) => block(&constant(value)),
+        CellKind::Constant(value) => sign(&constant(value)),
         _ => block(element),
     }
 }

@@ -88,7 +88,8 @@ pub(super) struct Pin {
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) enum End {
     Open,
-    Constant(String),
+    /// As it is written, and how wide it is.
+    Constant(String, u32),
     Net(usize),
 }
 

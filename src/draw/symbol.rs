@@ -86,7 +86,7 @@ pub(super) fn has_slash(node: &Node, net: &Net) -> bool {
 /// What is written beside an input: a constant, or a name in place of a wire.
 pub(super) fn at_input(scene: &Scene, node: &Node, pin: &Pin) -> Option<String> {
     match &pin.end {
-        End::Constant(text) => Some(text.clone()),
+        End::Constant(text, _) => Some(text.clone()),
         End::Net(net) if scene.nets[*net].labelled && !matches!(node.what, What::Port) => scene.nets[*net].label(),
         _ => None,
     }
@@ -107,7 +107,7 @@ pub(super) fn extent(scene: &Scene, node: &Node, inner: Option<[f64; 2]>, port: 
         Shape::Port(_) => [port, 20.0],
         Shape::Sign => {
             let sign = node.header.chars().count() as f64 * 10.0;
-            let plain = west == 1.0 && east == 1.0;
+            let plain = west + east <= 2.0;
             let sides = if plain { 0.0 } else { widest(Side::West) + widest(Side::East) };
             [(sides + sign + 22.0).max(36.0), (PITCH * most + 8.0).max(36.0)]
         }

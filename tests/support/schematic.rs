@@ -46,7 +46,6 @@ pub struct Net {
     pub lo: u32,
     pub width: u32,
     pub labels: usize,
-    pub constant: Option<String>,
 }
 
 #[derive(Default)]
@@ -143,7 +142,7 @@ impl Picture {
                             picture.pins[pin].constant = Some(constant.clone());
                         }
                         let width = get("data-width").parse().unwrap_or(1);
-                        picture.nets.push(Net { name: get("data-net"), lo, width, labels: 0, constant });
+                        picture.nets.push(Net { name: get("data-net"), lo, width, labels: 0 });
                         group.2 = Some(picture.nets.len() - 1);
                     }
                     other => panic!("a group of class {other}"),
@@ -209,9 +208,9 @@ impl Picture {
                             && b[1] < along[3]
                 };
                 let ends = |p: &Pin| p.owner == *t && (p.at == line.from || p.at == line.to);
-                let own = self.pins.iter().any(ends);
+                let own = || self.pins.iter().any(ends);
                 assert!(
-                    own || !through(thing.body),
+                    !through(thing.body) || own(),
                     "{what}: a wire {line:?} runs through {} {:?}",
                     thing.path,
                     thing.body
@@ -241,8 +240,20 @@ impl Picture {
         let upright = |l: &Line| l.from[0] == l.to[0];
         let span =
             |l: &Line, axis: usize| (key(l.from)[axis].min(key(l.to)[axis]), key(l.from)[axis].max(key(l.to)[axis]));
+        let around: Vec<[f64; 4]> = self
+            .lines
+            .iter()
+            .map(|l| {
+                let ([x1, y1], [x2, y2]) = (l.from, l.to);
+                [x1.min(x2), y1.min(y2), x1.max(x2), y1.max(y2)]
+            })
+            .collect();
         for (i, a) in self.lines.iter().enumerate() {
             for (j, b) in self.lines.iter().enumerate().skip(i + 1) {
+                let (m, n) = (&around[i], &around[j]);
+                if m[2] < n[0] || n[2] < m[0] || m[3] < n[1] || n[3] < m[1] {
+                    continue;
+                }
                 match (upright(a), upright(b)) {
                     (x, y) if x == y => {
                         let (across, along) = if x { (0, 1) } else { (1, 0) };
@@ -407,6 +418,14 @@ impl Wiring {
                 for bit in lo..=hi {
                     self.unite((part, (bit - lo) % width), (whole, bit - base));
                 }
+            }
+        }
+        for (pin, root) in picture.pins.iter().zip(self.roots.clone()) {
+            if let (Some(text), Some(root)) = (&pin.constant, root) {
+                let value = Value::for_width(text, self.lowest[&root].1).expect("a constant");
+                (0..value.width()).for_each(|i| {
+                    self.constants.insert(self.root((root, i)), value.bit(i));
+                });
             }
         }
         for (whole, lo, hi, text) in constants {
