@@ -43,6 +43,7 @@ mod svg;
 pub mod sweep;
 mod timescale;
 pub mod value;
+pub mod view;
 pub mod wave;
 
 pub use simulator::{Input, Probe, Simulator, SimulatorError};

@@ -4,19 +4,22 @@
 use std::sync::OnceLock;
 
 use cranelift_codegen::ir::condcodes::IntCC;
-use cranelift_codegen::ir::{AbiParam, InstBuilder, MemFlags, Signature, Value, types};
+use cranelift_codegen::ir::{AbiParam, Function, InstBuilder, MemFlags, Signature, Value, types};
 use cranelift_codegen::settings::{self, Configurable};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use cranelift_jit::{JITBuilder, JITModule};
-use cranelift_module::{Linkage, Module, default_libcall_names};
+use cranelift_module::{FuncId, Linkage, Module, default_libcall_names};
 
+use super::changes;
 use super::fuse::Tick;
 use super::graph::{Graph, Id, Map, Op};
 use super::machine::{Circle, Machine};
+use super::memory::Put;
 use super::plan::{Chunk, Half, Plan};
+use super::segments::split;
 
 /// Where the generated code finds what it shares with the engine, in halves of slots.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Shared {
     /// Set to what is unknown of state that is taken to be known.
     pub alarm: Half,
@@ -24,6 +27,8 @@ pub(super) struct Shared {
     pub changed: Half,
     /// A bit for each settling chunk, from a new half on one for each other chunk.
     pub dirty: Half,
+    /// Where ticks write down what has changed: see `changes`.
+    pub log: Half,
 }
 
 /// The half and the bit that wake a chunk.
@@ -93,7 +98,7 @@ pub(super) fn compile(graph: &Graph, plan: &Plan, shared: Shared) -> Result<Mach
         builder.switch_to_block(block);
         builder.seal_block(block);
         let base = builder.block_params(block)[0];
-        let mut emit = Emit { graph, plan, builder: &mut builder, base, values: Map::default(), flags: Map::default() };
+        let mut emit = Emit::new(graph, plan, &mut builder, base);
         emit.nodes(chunk);
         emit.stores(number as u32, chunk, shared);
         builder.ins().return_(&[]);
@@ -110,15 +115,47 @@ pub(super) fn compile(graph: &Graph, plan: &Plan, shared: Shared) -> Result<Mach
     Ok(Machine::new(module, functions))
 }
 
+/// Nodes above which a tick is made of several functions: the time that one takes to be made grows faster than it does.
+const PIECE: usize = 1500;
+
 /// Compiles ticks that follow each other in a circle. The code leaves it where an observed net has changed, or state that
-/// was taken to be known is not.
-pub(super) fn compile_circle(ticks: &[&Tick], shared: Shared) -> Result<Circle, String> {
+/// was taken to be known is not. `fresh` gives places in memory.
+pub(super) fn compile_circle(
+    ticks: &[&Tick],
+    shared: Shared,
+    mut fresh: impl FnMut() -> Half,
+) -> Result<Circle, String> {
     let mut module = module()?;
+    let mut context = module.make_context();
+    let mut builders = FunctionBuilderContext::new();
+    let mut pieces: Vec<Vec<FuncId>> = Vec::new();
+    for tick in ticks {
+        let mut list = Vec::new();
+        if tick.chunk.nodes.len() > 2 * PIECE {
+            if !tick.chunk.aborts.is_empty() {
+                return Err("a tick of several functions cannot be left half done".into());
+            }
+            if shared.log != 0 {
+                return Err("a tick of several functions writes nothing down".into());
+            }
+            let plan = split(tick, PIECE, &mut fresh);
+            for chunk in &plan.chunks {
+                let name = format!("piece{}_{}", pieces.len(), list.len());
+                context.func.signature = piece_signature(&module);
+                compile_piece(&mut context.func, &mut builders, &tick.graph, &plan, chunk, shared);
+                let id = module
+                    .declare_function(&name, Linkage::Local, &context.func.signature)
+                    .map_err(|e| e.to_string())?;
+                module.define_function(id, &mut context).map_err(|e| format!("{e:?}"))?;
+                module.clear_context(&mut context);
+                list.push(id);
+            }
+        }
+        pieces.push(list);
+    }
     let mut signature = Signature::new(module.target_config().default_call_conv);
     signature.params.extend([AbiParam::new(types::I64), AbiParam::new(types::I64)]);
     signature.returns.push(AbiParam::new(types::I64));
-    let mut context = module.make_context();
-    let mut builders = FunctionBuilderContext::new();
     context.func.signature = signature.clone();
     let mut builder = FunctionBuilder::new(&mut context.func, &mut builders);
     let (entry, header, exit) = (builder.create_block(), builder.create_block(), builder.create_block());
@@ -132,28 +169,33 @@ pub(super) fn compile_circle(ticks: &[&Tick], shared: Shared) -> Result<Circle, 
     builder.switch_to_block(header);
     let plan = Plan::default();
     let count = ticks.len() as i64;
-    for (number, tick) in (1..).zip(ticks) {
-        let mut emit = Emit {
-            graph: &tick.graph,
-            plan: &plan,
-            builder: &mut builder,
-            base,
-            values: Map::default(),
-            flags: Map::default(),
-        };
-        let leave = |emit: &mut Emit<'_, '_>, flags: Option<Value>, made: i64| {
+    for ((number, tick), pieces) in (1..).zip(ticks).zip(&pieces) {
+        let leave = |builder: &mut FunctionBuilder<'_>, flags: Option<Value>, made: i64| {
             let Some(flags) = flags else { return };
-            let all = emit.builder.ins().imul_imm(rounds, count);
-            let rest = emit.builder.ins().iadd_imm(all, -made);
-            let on = emit.builder.create_block();
-            emit.builder.ins().brif(flags, exit, &[rest.into()], on, &[]);
-            emit.builder.seal_block(on);
-            emit.builder.switch_to_block(on);
+            let all = builder.ins().imul_imm(rounds, count);
+            let rest = builder.ins().iadd_imm(all, -made);
+            let on = builder.create_block();
+            builder.ins().brif(flags, exit, &[rest.into()], on, &[]);
+            builder.seal_block(on);
+            builder.switch_to_block(on);
         };
-        let aborts = emit.nodes(&tick.chunk);
-        leave(&mut emit, aborts, number - 1);
-        let news = emit.stores(0, &tick.chunk, shared);
-        leave(&mut emit, news, number);
+        let news = if pieces.is_empty() {
+            let mut emit = Emit::new(&tick.graph, &plan, &mut builder, base);
+            let aborts = emit.nodes(&tick.chunk);
+            leave(emit.builder, aborts, number - 1);
+            changes::emit(&mut emit, &tick.record, shared.log);
+            emit.stores(0, &tick.chunk, shared)
+        } else {
+            let mut all: Option<Value> = None;
+            for &id in pieces {
+                let function = module.declare_func_in_func(id, builder.func);
+                let call = builder.ins().call(function, &[base]);
+                let flags = builder.inst_results(call)[0];
+                all = Some(all.map_or(flags, |all| builder.ins().bor(all, flags)));
+            }
+            all
+        };
+        leave(&mut builder, news, number);
     }
     let rest = builder.ins().iadd_imm(rounds, -1);
     builder.ins().brif(rest, header, &[rest.into()], exit, &[rest.into()]);
@@ -170,21 +212,55 @@ pub(super) fn compile_circle(ticks: &[&Tick], shared: Shared) -> Result<Circle, 
     Ok(Circle::new(module, function, ticks.len() as u64))
 }
 
-struct Emit<'a, 'b> {
+/// Of a piece of a tick: it is given where the memory begins, and returns whether the circle is to be left.
+fn piece_signature(module: &JITModule) -> Signature {
+    let mut signature = Signature::new(module.target_config().default_call_conv);
+    signature.params.push(AbiParam::new(types::I64));
+    signature.returns.push(AbiParam::new(types::I64));
+    signature
+}
+
+fn compile_piece(
+    function: &mut Function,
+    builders: &mut FunctionBuilderContext,
+    graph: &Graph,
+    plan: &Plan,
+    chunk: &Chunk,
+    shared: Shared,
+) {
+    let mut builder = FunctionBuilder::new(function, builders);
+    let block = builder.create_block();
+    builder.append_block_params_for_function_params(block);
+    builder.switch_to_block(block);
+    builder.seal_block(block);
+    let base = builder.block_params(block)[0];
+    let mut emit = Emit::new(graph, plan, &mut builder, base);
+    emit.nodes(chunk);
+    let news = emit.stores(0, chunk, shared);
+    let news = news.unwrap_or_else(|| builder.ins().iconst(types::I64, 0));
+    builder.ins().return_(&[news]);
+    builder.finalize();
+}
+
+pub(super) struct Emit<'a, 'b> {
     graph: &'a Graph,
     plan: &'a Plan,
-    builder: &'a mut FunctionBuilder<'b>,
-    base: Value,
+    pub builder: &'a mut FunctionBuilder<'b>,
+    pub base: Value,
     values: Map<Id, Value>,
     /// Comparisons as the machine gives them.
     flags: Map<Id, Value>,
 }
 
-fn trusted() -> MemFlags {
+pub(super) fn trusted() -> MemFlags {
     MemFlags::trusted()
 }
 
-impl Emit<'_, '_> {
+impl<'a, 'b> Emit<'a, 'b> {
+    fn new(graph: &'a Graph, plan: &'a Plan, builder: &'a mut FunctionBuilder<'b>, base: Value) -> Emit<'a, 'b> {
+        Emit { graph, plan, builder, base, values: Map::default(), flags: Map::default() }
+    }
+
     /// Emits the operations of a chunk; returns what is not 0 where it must not go on, if that can be.
     fn nodes(&mut self, chunk: &Chunk) -> Option<Value> {
         for &node in &chunk.nodes {
@@ -199,6 +275,12 @@ impl Emit<'_, '_> {
     fn stores(&mut self, number: u32, chunk: &Chunk, shared: Shared) -> Option<Value> {
         // all that is read is read before anything is stored
         let values: Vec<Value> = chunk.stores.iter().map(|s| self.value(s.node)).collect();
+        for put in &chunk.puts {
+            for node in [put.index, put.mask, put.v, put.u] {
+                self.value(node);
+            }
+        }
+        chunk.puts.iter().for_each(|put| self.put(put));
         let mut alarm: Option<Value> = None;
         let mut dirty: Map<u32, Value> = Map::default();
         let mut changed: Map<u32, Value> = Map::default();
@@ -259,7 +341,7 @@ impl Emit<'_, '_> {
     }
 
     /// A node's value, brought from memory if another chunk computes it.
-    fn value(&mut self, id: Id) -> Value {
+    pub fn value(&mut self, id: Id) -> Value {
         if let Some(&value) = self.values.get(&id) {
             return value;
         }
@@ -324,14 +406,62 @@ impl Emit<'_, '_> {
                 };
                 self.builder.ins().select(s, a, b)
             }
-            Op::Element { slot, index, plane, .. } => {
-                let index = self.value(index);
-                let bytes = self.builder.ins().ishl_imm(index, 4);
-                let at = self.builder.ins().iadd(self.base, bytes);
-                self.builder.ins().load(types::I64, trusted(), at, offset(2 * slot + u32::from(plane)))
+            Op::Element { slot, index, size, plane } => {
+                let at = self.element(index, size);
+                self.load_element(at, size, offset(2 * slot + u32::from(plane)))
             }
         };
         self.values.insert(id, value);
+    }
+
+    /// Where an element lies after the beginning of its array.
+    fn element(&mut self, index: Id, size: u8) -> Value {
+        let index = self.value(index);
+        if size == 3 {
+            let bytes = self.builder.ins().ishl_imm(index, 4);
+            return self.builder.ins().iadd(self.base, bytes);
+        }
+        // between 8 bytes of a plane there are 8 of the other
+        let bytes = self.builder.ins().ishl_imm(index, i64::from(size));
+        let whole = self.builder.ins().band_imm(bytes, !7);
+        let bytes = self.builder.ins().iadd(bytes, whole);
+        self.builder.ins().iadd(self.base, bytes)
+    }
+
+    fn load_element(&mut self, at: Value, size: u8, offset: i32) -> Value {
+        match size {
+            0 => self.builder.ins().uload8(types::I64, trusted(), at, offset),
+            1 => self.builder.ins().uload16(types::I64, trusted(), at, offset),
+            2 => self.builder.ins().uload32(trusted(), at, offset),
+            _ => self.builder.ins().load(types::I64, trusted(), at, offset),
+        }
+    }
+
+    /// Writes to a memory, where there is anything to write.
+    fn put(&mut self, put: &Put) {
+        let [mask, v, u] = [put.mask, put.v, put.u].map(|node| self.value(node));
+        // the same in both blocks: nothing that the first has may be used in the second
+        let at = self.element(put.index, put.size);
+        let (write, on) = (self.builder.create_block(), self.builder.create_block());
+        self.builder.ins().brif(mask, write, &[], on, &[]);
+        self.builder.seal_block(write);
+        self.builder.switch_to_block(write);
+        for (plane, new) in [(0, v), (1, u)] {
+            let offset = offset(2 * put.slot + plane);
+            let old = self.load_element(at, put.size, offset);
+            let kept = self.builder.ins().band_not(old, mask);
+            let new = self.builder.ins().band(new, mask);
+            let new = self.builder.ins().bor(kept, new);
+            match put.size {
+                0 => self.builder.ins().istore8(trusted(), new, at, offset),
+                1 => self.builder.ins().istore16(trusted(), new, at, offset),
+                2 => self.builder.ins().istore32(trusted(), new, at, offset),
+                _ => self.builder.ins().store(trusted(), new, at, offset),
+            };
+        }
+        self.builder.ins().jump(on, &[]);
+        self.builder.seal_block(on);
+        self.builder.switch_to_block(on);
     }
 
     fn two(
@@ -346,6 +476,6 @@ impl Emit<'_, '_> {
 }
 
 /// Where half a slot lies, in bytes.
-fn offset(half: Half) -> i32 {
+pub(super) fn offset(half: Half) -> i32 {
     i32::try_from(u64::from(half) * 8).expect("memory is smaller than that: the engine sees to it")
 }

@@ -1,12 +1,17 @@
 //! Forms of a circuit in machine code: the four-valued one, and those for which some or all of the state is known.
 
+use std::rc::Rc;
+
+use super::changes;
 use super::codegen::{self, Shared, dirty_bit};
 use super::fuse::{Source, Tick, fuse};
 use super::graph::Map;
 use super::lower::{Level, Lowered, lower};
 use super::machine::{Circle, Machine};
-use super::plan::{Half, Root, plan};
+use super::period::Period;
+use super::plan::{Half, Plan, Root, plan};
 use super::wiring::{StatePlaces, Wiring};
+use crate::engine::Field;
 use crate::netlist::{NetId, Netlist};
 
 /// How many nodes go into a chunk.
@@ -21,6 +26,8 @@ pub(super) struct Wanted<'w> {
     pub shared: Shared,
     /// Nodes in a chunk, at most.
     pub chunk: usize,
+    /// How many shapes of records there are.
+    pub shapes: usize,
 }
 
 /// A net whose value is kept in memory.
@@ -29,6 +36,9 @@ pub(super) struct Kept {
     pub net: NetId,
     /// The bit that tells of a change, if it is observed.
     pub observed: Option<u32>,
+    /// Whether a change is listed, and whether it is written down.
+    pub stops: bool,
+    pub traced: bool,
     /// Whether it is kept in any form, not only where it is a control that may be unknown.
     pub always: bool,
 }
@@ -38,6 +48,22 @@ pub(super) struct Kept {
 pub(super) struct Ticks {
     pub single: [Circle; 2],
     pub circle: Circle,
+    /// The most that they write down, in words.
+    pub longest: usize,
+    /// The fields of their records, until they are given to the log.
+    pub shapes: Vec<Box<[Field]>>,
+    /// The two in one step on packed state, made when a run turns out to be long.
+    pub period: Option<Option<Box<Period>>>,
+    up: Tick,
+    down: Tick,
+}
+
+impl Ticks {
+    /// The period, if it can be made.
+    pub fn period(&mut self, groups: &[Vec<(u8, Half)>], end: &mut u32) -> Option<&mut Period> {
+        let Ticks { up, down, .. } = self;
+        self.period.get_or_insert_with(|| Period::new(&[up, down], groups, end).map(Box::new)).as_deref_mut()
+    }
 }
 
 /// One form.
@@ -50,6 +76,8 @@ pub(super) struct Form {
     /// For each slot of state where in `wakes` the dirty words and bits begin that a change sets.
     wakes_start: Vec<u32>,
     wakes: Vec<(u32, u64)>,
+    /// The same for the contents of each memory.
+    pub memory_wakes: Vec<Vec<(u32, u64)>>,
     first_leaf: u32,
     /// What is constant: where it belongs, its value, the bit that tells of a change.
     pub constants: Vec<(Half, u64, Option<u32>)>,
@@ -68,10 +96,12 @@ pub(super) struct Form {
     pub groups: Vec<Option<u32>>,
     /// How many waves have run in this form.
     pub waves: u64,
+    /// Single bits of state that people see as words: lanes and value planes.
+    pub buses: Rc<[Vec<(u8, Half)>]>,
 }
 
 /// Nodes up to which ticks are made in one piece.
-const FUSED: usize = 24_000;
+const FUSED: usize = 2_400_000;
 
 impl Form {
     /// Compiles a form in which `unknown` slots of state, or all, may hold x or z. `end` is how many slots of memory are
@@ -108,16 +138,10 @@ impl Form {
         let machine = codegen::compile(graph, &plan, Shared { dirty, ..w.shared })?;
         let (mut wakes_start, mut wakes) = (vec![0], Vec::new());
         for slot in w.wiring.leaves.clone() {
-            let first = wakes.len();
-            for &chunk in plan.readers.get(&slot).map_or(&[][..], Vec::as_slice) {
-                let (word, bit) = dirty_bit(plan.settling, chunk);
-                match wakes[first..].iter_mut().find(|l: &&mut (u32, u64)| l.0 == word) {
-                    Some(found) => found.1 |= bit,
-                    None => wakes.push((word, bit)),
-                }
-            }
+            wakes.extend(woken(&plan, slot));
             wakes_start.push(wakes.len() as u32);
         }
+        let memory_wakes = w.wiring.memories.iter().map(|m| woken(&plan, m.contents)).collect();
         let first_leaf = w.wiring.leaves.start;
         let constants = plan.constants.iter().map(|(root, n)| (root.half, *n, root.observed)).collect();
         let fixed = plan.constants.iter().filter(|(root, _)| w.wiring.leaves.contains(&(root.half / 2)));
@@ -129,6 +153,7 @@ impl Form {
             dirty,
             wakes_start,
             wakes,
+            memory_wakes,
             first_leaf,
             constants,
             fixed,
@@ -139,6 +164,7 @@ impl Form {
             ticks: Map::default(),
             groups: plan.chunks.iter().map(|c| c.group).collect(),
             waves: 0,
+            buses: buses(netlist, w.wiring).into(),
         })
     }
 
@@ -155,23 +181,44 @@ impl Form {
     }
 
     /// The ticks of an input, in machine code; made when they are first asked for.
-    pub fn ticks(&mut self, w: &Wanted<'_>, input: u32) -> Option<&Ticks> {
+    pub fn ticks(&mut self, netlist: &Netlist, w: &Wanted<'_>, input: u32, end: &mut u32) -> Option<&mut Ticks> {
         if !self.ticks.contains_key(&input) {
-            let made = self.make_ticks(w, input);
+            let made = self.make_ticks(netlist, w, input, end);
             self.ticks.insert(input, made);
         }
-        self.ticks[&input].as_ref()
+        self.ticks.get_mut(&input)?.as_mut()
     }
 
-    fn make_ticks(&self, w: &Wanted<'_>, input: u32) -> Option<Ticks> {
+    fn make_ticks(&self, netlist: &Netlist, w: &Wanted<'_>, input: u32, end: &mut u32) -> Option<Ticks> {
         let lowered = self.lowered.as_ref()?;
-        let kept: Vec<(NetId, Option<u32>)> =
-            w.kept.iter().filter(|k| self.keeps[k.net.index()]).map(|k| (k.net, k.observed)).collect();
+        let kept: Vec<Kept> = w.kept.iter().copied().filter(|k| self.keeps[k.net.index()]).collect();
         let allows = |slot| self.allows(slot);
-        let tick = |level| fuse(&Source { lowered, wiring: w.wiring, kept: &kept, allows: &allows, input, level });
-        let (up, down) = (tick(true)?, tick(false)?);
-        let make = |ticks: &[&Tick]| codegen::compile_circle(ticks, w.shared).ok();
-        Some(Ticks { single: [make(&[&down])?, make(&[&up])?], circle: make(&[&up, &down])? })
+        let tick =
+            |level| fuse(&Source { netlist, lowered, wiring: w.wiring, kept: &kept, allows: &allows, input, level });
+        let (mut up, mut down) = (tick(true)?, tick(false)?);
+        let mut shapes = Vec::new();
+        for tick in [&mut up, &mut down] {
+            tick.record.shape = w.shapes + shapes.len();
+            shapes.push(tick.record.fields());
+        }
+        let longest = up.record.longest() + down.record.longest();
+        if longest > changes::ROOM {
+            return None;
+        }
+        let first = *end;
+        let mut make = |ticks: &[&Tick]| {
+            // what pieces leave each other lies at the same place in all: only one of them runs
+            let mut next = 2 * first;
+            let fresh = || {
+                next += 1;
+                next - 1
+            };
+            let made = codegen::compile_circle(ticks, w.shared, fresh).ok();
+            *end = (*end).max(next.div_ceil(2));
+            made
+        };
+        let (single, circle) = ([make(&[&down])?, make(&[&up])?], make(&[&up, &down])?);
+        Some(Ticks { single, circle, longest, shapes, period: None, up, down })
     }
 
     /// Does without the ticks of an input.
@@ -185,7 +232,52 @@ impl Form {
     }
 }
 
+/// Single bits of state that have names as bits of a word, each bit once.
+fn buses(netlist: &Netlist, wiring: &Wiring) -> Vec<Vec<(u8, Half)>> {
+    let mut all: Vec<Vec<(u8, Half)>> = Vec::new();
+    for signal in netlist.signal_ids().filter(|&s| netlist.signal(s).width > 1) {
+        let (mut lane, mut bits) = (0u32, Vec::new());
+        for slice in netlist.bits(signal) {
+            let slot = wiring.slot[slice.net.index()].filter(|slot| wiring.leaves.contains(slot));
+            if let Some(slot) = slot
+                && netlist.net(slice.net).width == 1
+            {
+                bits.push((lane, 2 * slot));
+            }
+            lane += slice.width;
+        }
+        for first in (0..lane).step_by(64) {
+            let part = bits.iter().filter(|b| (first..first + 64).contains(&b.0)).map(|b| ((b.0 - first) as u8, b.1));
+            let part: Vec<(u8, Half)> = part.collect();
+            if part.len() > 1 {
+                all.push(part);
+            }
+        }
+    }
+    all.sort_by_key(|bits| std::cmp::Reverse(bits.len()));
+    let mut taken = Map::default();
+    all.retain_mut(|bits| {
+        bits.retain(|b| !taken.contains_key(&b.1));
+        bits.iter().for_each(|b| _ = taken.insert(b.1, ()));
+        bits.len() > 1
+    });
+    all
+}
+
 pub(super) const DEFAULT_CHUNK: usize = CHUNK;
+
+/// The dirty words and bits that a change of a slot sets.
+fn woken(plan: &Plan, slot: u32) -> Vec<(u32, u64)> {
+    let mut wakes: Vec<(u32, u64)> = Vec::new();
+    for &chunk in plan.readers.get(&slot).map_or(&[][..], Vec::as_slice) {
+        let (word, bit) = dirty_bit(plan.settling, chunk);
+        match wakes.iter_mut().find(|l| l.0 == word) {
+            Some(found) => found.1 |= bit,
+            None => wakes.push((word, bit)),
+        }
+    }
+    wakes
+}
 
 /// What is wanted in memory once settled, and before an edge.
 fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(u32) -> bool, keeps: &[bool]) -> (Vec<Root>, Vec<Root>) {
@@ -195,11 +287,10 @@ fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(u32) -> bool, keeps: &[bool])
         observed[k.net.index()] = k.observed;
     }
     let mut is_level = vec![false; l.nets.len()];
-    for (number, Level { net, value, group, .. }) in l.levels.iter().enumerate() {
-        is_level[net.index()] = true;
-        let slot = w.wiring.slot[net.index()].expect("state has a place");
+    for (number, Level { slot, net, value, group, .. }) in l.levels.iter().enumerate() {
+        net.iter().for_each(|net| is_level[net.index()] = true);
         for (i, two) in (0..).zip(value) {
-            let (slot, observed) = (slot + i, observed[net.index()]);
+            let (slot, observed) = (slot + i, net.and_then(|net| observed[net.index()]));
             let root = Root {
                 node: two.v,
                 half: 2 * slot,
@@ -238,7 +329,7 @@ fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(u32) -> bool, keeps: &[bool])
         }
     }
     for (next, stored) in l.next.iter().zip(&w.wiring.stored) {
-        debug_assert_eq!((next.cell, next.value.len()), (stored.cell, stored.words as usize));
+        debug_assert_eq!((next.cell, next.value.len()), (stored.cell, stored.sampled as usize));
         for (i, two) in (0..).zip(&next.value) {
             let root = Root {
                 node: two.v,

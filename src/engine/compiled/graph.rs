@@ -41,13 +41,13 @@ pub(super) enum Op {
     Rem(Id, Id),
     /// The number of ones.
     Count(Id),
-    /// Plane 0 or 1 of the machine word of state that lies `index` slots after `slot`; `index` is below `size`, which
-    /// whoever makes this sees to. `version` tells apart what is read before a write and after it.
+    /// Plane 0 or 1 of an element of an array that begins at `slot`: of 2^`size` bytes, 8 of which lie in a slot.
+    /// Whoever makes this sees to it that there is one of number `index`.
     Element {
         slot: u32,
         index: Id,
+        size: u8,
         plane: u8,
-        version: u32,
     },
 }
 
@@ -61,6 +61,8 @@ pub(super) struct Graph {
     /// For each node the bits that may be 1.
     may: Vec<u64>,
     known: Map<Op, Id>,
+    /// Whether sums of products are factored, which lays carries that look ahead in a row.
+    pub factors: bool,
 }
 
 impl Op {
@@ -97,6 +99,11 @@ impl Op {
 }
 
 impl Graph {
+    /// A graph that factors sums of products.
+    pub fn factoring() -> Graph {
+        Graph { factors: true, ..Graph::default() }
+    }
+
     pub fn len(&self) -> usize {
         self.ops.len()
     }
@@ -139,8 +146,8 @@ impl Graph {
         self.push(Op::Load(half), may)
     }
 
-    pub fn element(&mut self, slot: u32, index: Id, plane: u8, version: u32, may: u64) -> Id {
-        self.push(Op::Element { slot, index, plane, version }, may)
+    pub fn element(&mut self, slot: u32, index: Id, size: u8, plane: u8, may: u64) -> Id {
+        self.push(Op::Element { slot, index, size, plane }, may)
     }
 
     /// Operands in order: constants last, so that equal operations look equal.
@@ -188,12 +195,21 @@ impl Graph {
             }
         }
         match (self.op(a), self.op(b)) {
+            (Op::Select(s, x, y), Op::Select(t, p, q))
+                if s == t && [x, y, p, q].iter().all(|&o| self.value(o).is_some()) =>
+            {
+                let (x, y) = (self.and(x, p), self.and(y, q));
+                self.select(s, x, y)
+            }
             (_, Op::Xor(x, c)) if self.value(c).is_some_and(|c| c & self.may(a) == self.may(a)) => {
                 // a & !x
                 self.and_not(a, x)
             }
             (Op::Xor(x, c), _) if self.value(c).is_some_and(|c| c & self.may(b) == self.may(b)) => self.and_not(b, x),
-            _ => self.push(Op::And(a, b), may),
+            _ => match self.known_and(a, b) {
+                Some(less) => less,
+                None => self.push(Op::And(a, b), may),
+            },
         }
     }
 
@@ -217,7 +233,10 @@ impl Graph {
         match self.op(b) {
             // a & !(x ^ all)
             Op::Xor(x, c) if self.value(c).is_some_and(|c| c & may == may) => self.and(a, x),
-            _ => self.push(Op::AndNot(a, b), may),
+            _ => match self.known_and_not(a, b) {
+                Some(less) => less,
+                None => self.push(Op::AndNot(a, b), may),
+            },
         }
     }
 
@@ -253,7 +272,10 @@ impl Graph {
                 }
             }
         }
-        self.push(Op::Or(a, b), may)
+        match self.known_or(a, b) {
+            Some(less) => less,
+            None => self.push(Op::Or(a, b), may),
+        }
     }
 
     /// A node as some bits of another in their places.
@@ -301,7 +323,10 @@ impl Graph {
                 let inner = self.xor(a, x);
                 self.xor(inner, c)
             }
-            _ => self.push(Op::Xor(a, b), may),
+            _ => match self.known_xor(a, b) {
+                Some(less) => less,
+                None => self.push(Op::Xor(a, b), may),
+            },
         }
     }
 
@@ -317,7 +342,10 @@ impl Graph {
         match (self.value(a), self.value(b)) {
             (Some(x), Some(y)) => self.constant(x.wrapping_add(y)),
             (None, Some(0)) => a,
-            _ => self.push(Op::Add(a, b), if top == 0 { u64::MAX } else { u64::MAX >> (top - 1) }),
+            _ => match self.known_add(a, b) {
+                Some(less) => less,
+                None => self.push(Op::Add(a, b), if top == 0 { u64::MAX } else { u64::MAX >> (top - 1) }),
+            },
         }
     }
 
@@ -384,8 +412,20 @@ impl Graph {
     }
 
     /// `width` bits from bit `lo` up.
-    pub fn bits(&mut self, a: Id, lo: u32, width: u32) -> Id {
-        let m = self.constant(crate::value::word::mask(width));
+    pub fn bits(&mut self, mut a: Id, mut lo: u32, width: u32) -> Id {
+        let m = crate::value::word::mask(width);
+        // from what they were put together of
+        loop {
+            (a, lo) = match self.op(a) {
+                Op::Or(x, y) if lo < 64 && self.may(x) >> lo & m == 0 => (y, lo),
+                Op::Or(x, y) if lo < 64 && self.may(y) >> lo & m == 0 => (x, lo),
+                Op::Shl(x, k) if lo >= u32::from(k) => (x, lo - u32::from(k)),
+                Op::Shr(x, k) if lo + u32::from(k) < 64 => (x, lo + u32::from(k)),
+                Op::And(x, c) if lo < 64 && self.value(c).is_some_and(|c| c >> lo & m == m) => (x, lo),
+                _ => break,
+            };
+        }
+        let m = self.constant(m);
         let a = self.shr(a, lo);
         self.and(a, m)
     }
@@ -432,6 +472,10 @@ impl Graph {
                 }
                 Op::Xor(x, y) if n == 0 => return self.eq(x, y),
                 Op::Sub(x, y) if n == 0 => return self.eq(x, y),
+                Op::Select(s, x, y) if self.value(x).is_some() || self.value(y).is_some() => {
+                    let (x, y) = (self.eq(x, b), self.eq(y, b));
+                    return self.select(s, x, y);
+                }
                 Op::Shl(x, k) if self.may(x) << k >> k == self.may(x) => {
                     // n has no bit below: it is among those that may be 1
                     let c = self.constant(n >> k);
@@ -493,7 +537,14 @@ impl Graph {
                     let n = self.not(s, 1);
                     return self.or(n, a);
                 }
-                _ => {}
+                _ => match (self.op(a), self.op(b)) {
+                    (Op::Xor(x, c), _) if x == b && self.is(c, 1) => return self.xor(s, b),
+                    (_, Op::Xor(x, c)) if x == a && self.is(c, 1) => {
+                        let same = self.xor(s, a);
+                        return self.not(same, 1);
+                    }
+                    _ => {}
+                },
             }
         }
         // a select within one by the same
@@ -517,6 +568,77 @@ impl Graph {
         }
         let may = self.may(a) | self.may(b);
         self.push(Op::Select(s, a, b), may)
+    }
+
+    /// A node of 0 or 1 that is 1 wherever `a` is not 0, if one is at hand.
+    pub fn condition(&self, a: Id) -> Option<Id> {
+        match self.op(a) {
+            _ if self.may(a) == 1 => Some(a),
+            Op::Select(s, _, none) if self.is(none, 0) => Some(s),
+            Op::Shl(x, _) | Op::Shr(x, _) | Op::ShlBy(x, _) | Op::ShrBy(x, _) => self.condition(x),
+            Op::And(x, y) => self.condition(x).or_else(|| self.condition(y)),
+            _ => None,
+        }
+    }
+
+    /// What is 1 and what is 0 wherever `when`, a node of 0 or 1, is 1.
+    fn facts(&self, when: Id) -> Map<Id, bool> {
+        let (mut facts, mut stack): (Map<Id, bool>, Vec<(Id, bool)>) = (Map::default(), vec![(when, true)]);
+        while let Some((node, holds)) = stack.pop() {
+            if self.may(node) != 1 || facts.insert(node, holds) == Some(holds) {
+                continue;
+            }
+            match self.op(node) {
+                Op::And(x, y) if holds => stack.extend([(x, true), (y, true)]),
+                Op::AndNot(x, y) if holds => stack.extend([(x, true), (y, false)]),
+                Op::Or(x, y) if !holds => stack.extend([(x, false), (y, false)]),
+                Op::Xor(x, c) if self.is(c, 1) => stack.push((x, !holds)),
+                Op::Select(s, x, none) if holds && self.is(none, 0) => stack.extend([(s, true), (x, true)]),
+                _ => {}
+            }
+        }
+        facts
+    }
+
+    /// Whether it is plain that no two of some nodes of 0 or 1 are 1 at once.
+    pub fn exclusive(&self, list: &[Id]) -> bool {
+        let mut before: Vec<Map<Id, bool>> = Vec::new();
+        for &node in list.iter().filter(|&&n| !self.is(n, 0)) {
+            let facts = self.facts(node);
+            let excludes = |other: &Map<Id, bool>| facts.iter().any(|(n, holds)| other.get(n) == Some(&!holds));
+            if !before.iter().all(|other| excludes(other) || self.differ(&facts, other)) {
+                return false;
+            }
+            before.push(facts);
+        }
+        true
+    }
+
+    /// Whether what two nodes say is equal to constants cannot be.
+    fn differ(&self, a: &Map<Id, bool>, b: &Map<Id, bool>) -> bool {
+        let equal = |facts: &Map<Id, bool>| -> Vec<(Id, u64)> {
+            let list = facts.iter().filter(|f| *f.1).filter_map(|f| match self.op(*f.0) {
+                Op::Eq(x, c) => Some((x, self.value(c)?)),
+                _ => None,
+            });
+            list.collect()
+        };
+        let b = equal(b);
+        equal(a).iter().any(|(x, c)| b.iter().any(|(y, d)| x == y && c != d))
+    }
+
+    /// A node that is `a` wherever `when`, a node of 0 or 1, is 1.
+    pub fn given(&self, when: Id, a: Id) -> Id {
+        let facts = self.facts(when);
+        let mut at = a;
+        while let Op::Select(s, x, y) = self.op(at) {
+            match facts.get(&s) {
+                Some(true) => at = x,
+                Some(false) => at = y,
+                None => break,
+            }
+        }
+        at
     }
 
     /// Bit `s` (0 or 1) in every bit of `mask`.
@@ -577,7 +699,7 @@ impl Graph {
             Op::Div(a, b) => self.div(at(a), at(b)),
             Op::Rem(a, b) => self.rem(at(a), at(b)),
             Op::Count(a) => self.count(at(a)),
-            Op::Element { slot, index, plane, version } => self.element(slot, at(index), plane, version, may),
+            Op::Element { slot, index, size, plane } => self.element(slot, at(index), size, plane, may),
         }
     }
 }

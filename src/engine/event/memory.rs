@@ -94,7 +94,7 @@ impl Build<'_> {
                 Some(_) => MemoryWrite { address: ZERO, data: 0..0, enable: 0..0 },
             });
         }
-        self.program.memories.push(MemoryCell { kind: Box::new(memory.clone()), contents, reads, writes });
+        self.program.memories.push(MemoryCell { cell, kind: Box::new(memory.clone()), contents, reads, writes });
         number
     }
 
@@ -208,6 +208,11 @@ impl Memories {
 }
 
 impl Memories {
+    /// What the memory of a number holds.
+    pub fn contents(&self, number: usize) -> &[Word] {
+        &self.contents[number]
+    }
+
     /// Whether anything was staged.
     #[inline(always)]
     pub fn is_waiting(&self) -> bool {

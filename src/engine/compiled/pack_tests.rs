@@ -1,0 +1,262 @@
+use super::*;
+
+/// SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn word(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.word() % n as u64) as usize
+    }
+}
+
+/// What every node is, by the meaning of the operations alone.
+fn values(g: &Graph, memory: &[u64]) -> Vec<u64> {
+    let mut all: Vec<u64> = Vec::new();
+    for n in 0..g.len() as Id {
+        let v = |id: Id| all[id as usize];
+        let value = match g.op(n) {
+            Op::Const(n) => n,
+            Op::Load(half) => memory[half as usize],
+            Op::And(a, b) => v(a) & v(b),
+            Op::AndNot(a, b) => v(a) & !v(b),
+            Op::Or(a, b) => v(a) | v(b),
+            Op::Xor(a, b) => v(a) ^ v(b),
+            Op::Add(a, b) => v(a).wrapping_add(v(b)),
+            Op::Sub(a, b) => v(a).wrapping_sub(v(b)),
+            Op::Shl(a, n) => v(a) << n,
+            Op::Shr(a, n) => v(a) >> n,
+            Op::Eq(a, b) => u64::from(v(a) == v(b)),
+            Op::Less(a, b) => u64::from(v(a) < v(b)),
+            Op::Select(s, a, b) => v(if v(s) == 1 { a } else { b }),
+            op => unreachable!("{op:?}"),
+        };
+        assert_eq!(value & !g.may(n), 0, "{:?} has bits that it may not have", g.op(n));
+        all.push(value);
+    }
+    all
+}
+
+/// A carry of two bits and one, in one of the ways in which people and tools write it.
+fn carry(r: &mut Random, g: &mut Graph, way: usize, a: Id, b: Id, c: Id) -> Id {
+    let (both, either, apart) = (g.and(a, b), g.or(a, b), g.xor(a, b));
+    match way {
+        0 => {
+            let passed = g.and(apart, c);
+            g.or(both, passed)
+        }
+        1 => {
+            let passed = g.and(either, c);
+            g.or(both, passed)
+        }
+        2 => g.select(apart, c, a),
+        3 => {
+            let (x, y) = (g.and(a, c), g.and(b, c));
+            let xy = g.or(x, y);
+            g.or(both, xy)
+        }
+        4 => {
+            // of NANDs alone
+            let (n1, passed) = (g.not(both, 1), g.and(apart, c));
+            let n2 = g.not(passed, 1);
+            let all = g.and(n1, n2);
+            g.not(all, 1)
+        }
+        _ => {
+            let way = r.below(5);
+            carry(r, g, way, a, b, c)
+        }
+    }
+}
+
+/// A sum of two buses, rippling or looking ahead.
+fn sum(r: &mut Random, g: &mut Graph, a: &[Id], b: &[Id], mut c: Id) -> Vec<Id> {
+    let way = r.below(7);
+    let n = a.len();
+    let mut out = Vec::new();
+    if way == 6 {
+        // spans of 2, 4 and 8, as a prefix network has them
+        let mut generates: Vec<Id> = (0..n).map(|i| g.and(a[i], b[i])).collect();
+        let mut passes: Vec<Id> = (0..n).map(|i| g.xor(a[i], b[i])).collect();
+        let apart = passes.clone();
+        let passed = g.and(passes[0], c);
+        generates[0] = g.or(generates[0], passed);
+        let mut span = 1;
+        while span < n {
+            for i in (span..n).rev() {
+                let through = g.and(passes[i], generates[i - span]);
+                generates[i] = g.or(generates[i], through);
+                passes[i] = g.and(passes[i], passes[i - span]);
+            }
+            span *= 2;
+        }
+        for i in 0..n {
+            out.push(g.xor(apart[i], if i == 0 { c } else { generates[i - 1] }));
+        }
+        return out;
+    }
+    for i in 0..n {
+        let apart = g.xor(a[i], b[i]);
+        out.push(g.xor(apart, c));
+        c = carry(r, g, way, a[i], b[i], c);
+    }
+    out.push(c);
+    out
+}
+
+fn random(r: &mut Random) -> (Step, Vec<Vec<(u8, Half)>>, Vec<u64>) {
+    let mut g = if r.below(2) == 0 { Graph::default() } else { Graph::factoring() };
+    let (mut groups, mut buses, mut masks): (Vec<Vec<(u8, Half)>>, Vec<Vec<Id>>, Vec<u64>) = Default::default();
+    for _ in 0..3 + r.below(4) {
+        let width = 3 + r.below(20);
+        let (first, up) = (masks.len() as Half, r.below(5) != 0);
+        let lanes = (0..width as Half).map(|i| (if up { i } else { width as Half - 1 - i } as u8, first + i)).collect();
+        groups.push(lanes);
+        buses.push((0..width as Half).map(|i| g.load(first + i, 1)).collect());
+        masks.extend((0..width).map(|_| 1));
+    }
+    // a word beside the bits
+    let word = g.load(masks.len() as Half, 0xff_ffff);
+    masks.push(0xff_ffff);
+    buses.push((0..24).map(|i| g.bits(word, i, 1)).collect());
+    let mut bits: Vec<Id> = buses.concat();
+    for _ in 0..4 + r.below(12) {
+        let (x, y) = (buses[r.below(buses.len())].clone(), buses[r.below(buses.len())].clone());
+        let n = x.len().min(y.len());
+        let (mut x, mut y) = (x[..n].to_vec(), y[..n].to_vec());
+        let s = bits[r.below(bits.len())];
+        let inverts = |r: &mut Random, g: &mut Graph, bus: &mut Vec<Id>| {
+            if r.below(4) == 0 {
+                bus.iter_mut().for_each(|b| *b = g.not(*b, 1));
+            }
+        };
+        inverts(r, &mut g, &mut x);
+        inverts(r, &mut g, &mut y);
+        if r.below(6) == 0 {
+            y = vec![g.constant(r.word() & 1); n];
+        }
+        let made: Vec<Id> = match r.below(9) {
+            0 => x.iter().zip(&y).map(|(&a, &b)| g.and(a, b)).collect(),
+            1 => x.iter().zip(&y).map(|(&a, &b)| g.or(a, b)).collect(),
+            2 => x.iter().zip(&y).map(|(&a, &b)| g.xor(a, b)).collect(),
+            3 => x.iter().zip(&y).map(|(&a, &b)| g.select(s, a, b)).collect(),
+            4 => x.iter().zip(&y).map(|(&a, &b)| g.and_not(a, b)).collect(),
+            5 => {
+                // all, some
+                let (mut all, mut some) = (x[0], y[0]);
+                for i in 1..n {
+                    all = if r.below(4) == 0 { g.and_not(all, x[i]) } else { g.and(all, x[i]) };
+                    some = g.or(some, y[i]);
+                }
+                vec![all, some, s]
+            }
+            6 => (0..n).map(|i| if r.below(3) == 0 { s } else { x[(i + 1) % n] }).collect(),
+            _ => {
+                let base = match r.below(3) {
+                    0 => g.constant(0),
+                    1 => g.constant(1),
+                    _ => s,
+                };
+                sum(r, &mut g, &x, &y, base)
+            }
+        };
+        bits.extend(&made);
+        if made.len() > 2 {
+            buses.push(made);
+        }
+    }
+    let mut stores = Vec::new();
+    for (half, mask) in masks.iter().enumerate() {
+        if *mask != 1 {
+            // a word put together of bits
+            let mut all = g.constant(0);
+            for i in 0..24 {
+                let bit = bits[r.below(bits.len())];
+                let placed = g.shl(bit, i);
+                all = g.or(all, placed);
+            }
+            stores.push((half as Half, all));
+        }
+    }
+    for group in &groups {
+        let bus = buses[r.below(buses.len())].clone();
+        for (i, &(_, half)) in group.iter().enumerate() {
+            let node = if r.below(9) == 0 { bits[r.below(bits.len())] } else { bus[i % bus.len()] };
+            stores.push((half, node));
+        }
+    }
+    let aborts = vec![bits[r.below(bits.len())]];
+    (Step { graph: g, stores, puts: Vec::new(), aborts }, groups, masks)
+}
+
+/// Random logic of buses, with adders in all shapes: what is stored is the same before and after.
+#[test]
+fn packed_steps_do_the_same() {
+    let seeds = std::env::var("DISCRETA_SEEDS").ok().and_then(|s| s.parse().ok()).unwrap_or(400);
+    let (mut chains, mut before, mut after) = (0, 0, 0);
+    for seed in 0..seeds {
+        let mut r = Random(seed);
+        let (mut step, groups, masks) = random(&mut r);
+        let (plain, stores, aborts) = (std::mem::take(&mut step.graph), step.stores.clone(), step.aborts.clone());
+        step.graph = Graph::default();
+        let copy = Step { graph: plain, stores: stores.clone(), puts: Vec::new(), aborts: aborts.clone() };
+        let mut step = in_rows(&copy, &Map::default());
+        let least = 2 + r.below(3);
+        let mut end = masks.len() as Half;
+        let mut fresh = || {
+            end += 1;
+            end - 1
+        };
+        let Some(packed) = pack(&mut step, &groups, least, &mut fresh) else { panic!("seed {seed}: it is too deep") };
+        chains += packed.chains;
+        before += copy.needed().len();
+        after += packed.step.needed().len();
+        for _ in 0..24 {
+            let memory: Vec<u64> =
+                masks.iter().map(|m| if r.below(8) == 0 { *m } else { r.word() & r.word() & m }).collect();
+            let old = values(&copy.graph, &memory);
+            let mid = values(&step.graph, &memory);
+            for (a, b) in stores.iter().zip(&step.stores) {
+                assert_eq!(old[a.1 as usize], mid[b.1 as usize], "rows, seed {seed}");
+            }
+            let mut words = memory.clone();
+            words.resize(masks.len() + groups.len(), 0);
+            for Place { word, lanes } in &packed.places {
+                words[*word as usize] = lanes.iter().fold(0, |all, &(lane, h)| all | memory[h as usize] << lane);
+            }
+            let new = values(&packed.step.graph, &words);
+            assert_eq!(old[aborts[0] as usize], new[packed.step.aborts[0] as usize], "seed {seed}");
+            let mid = values(&step.graph, &memory);
+            for &(node, here, lane) in &packed.same {
+                let is = lane.map_or(new[here as usize], |lane| new[here as usize] >> lane & 1);
+                assert_eq!(
+                    is,
+                    mid[node as usize],
+                    "seed {seed}: {node} {:?} {here} {:?} {lane:?}",
+                    step.graph.op(node),
+                    packed.step.graph.op(here)
+                );
+            }
+            let next: Map<u32, u64> = packed.step.stores.iter().map(|&(p, n)| (p, new[n as usize])).collect();
+            for &(half, node) in &stores {
+                let at = packed.places.iter().find_map(|place| {
+                    let lane = place.lanes.iter().find(|l| l.1 == half)?.0;
+                    Some((place.word, lane, 1))
+                });
+                let (at, lane, mask) = at.unwrap_or((half, 0, u64::MAX));
+                let word = next.get(&at).copied().unwrap_or(words[at as usize]);
+                let found = Some(word >> lane & mask);
+                assert_eq!(found, Some(old[node as usize]), "seed {seed}: {half}");
+            }
+        }
+    }
+    println!("{chains} chains; {before} operations, packed {after}");
+    assert!(seeds < 400 || chains > 400);
+}

@@ -1,0 +1,140 @@
+//! A tick that is too long for one function in pieces, each of which does its part of the work on memory.
+//!
+//! What a piece leaves for a later one lies in memory. Nothing is written over before the last piece that reads it has
+//! run: a store waits for that, so all pieces together see the state as it was before the tick.
+
+use super::fuse::Tick;
+use super::graph::{Id, Map, Op};
+use super::memory::Put;
+use super::plan::{Chunk, Half, Plan, Store};
+
+const NONE: u32 = u32::MAX;
+
+struct Split<'t> {
+    tick: &'t Tick,
+    limit: usize,
+    /// The piece of each node.
+    piece: Vec<u32>,
+    pieces: Vec<Chunk>,
+}
+
+/// Pieces of a tick, of about `limit` nodes each, and where what they leave each other lies. `fresh` gives places.
+pub(super) fn split(tick: &Tick, limit: usize, mut fresh: impl FnMut() -> Half) -> Plan {
+    let mut s = Split { tick, limit, piece: vec![NONE; tick.graph.len()], pieces: vec![Chunk::default()] };
+    let (stores, puts) = (&tick.chunk.stores, &tick.chunk.puts);
+    let mut store_at: Vec<u32> = stores.iter().map(|store| s.assign(&[store.node], true)).collect();
+    let mut put_at: Vec<u32> = puts.iter().map(|put| s.assign(&[put.index, put.mask, put.v, put.u], false)).collect();
+    s.wait(&mut store_at, &mut put_at);
+    let Split { piece, mut pieces, .. } = s;
+    // what is used in a later piece than its own
+    let mut place: Map<Id, Half> = Map::default();
+    let mut lay = |node: Id, by: u32, pieces: &mut Vec<Chunk>| {
+        if tick.graph.op(node).is_leaf() || piece[node as usize] == by || place.contains_key(&node) {
+            return;
+        }
+        let half = fresh();
+        place.insert(node, half);
+        let (observed, alarm, compared, again) = (None, false, false, false);
+        let store = Store { node, half, observed, alarm, compared, wakes: Vec::new(), again };
+        pieces[piece[node as usize] as usize].stores.push(store);
+    };
+    for by in 0..pieces.len() as u32 {
+        let nodes = std::mem::take(&mut pieces[by as usize].nodes);
+        for &node in &nodes {
+            tick.graph.op(node).operands().for_each(|o| lay(o, by, &mut pieces));
+        }
+        pieces[by as usize].nodes = nodes;
+        pieces[by as usize].nodes.sort_unstable();
+    }
+    for (store, &at) in stores.iter().zip(&store_at) {
+        lay(store.node, at, &mut pieces);
+        pieces[at as usize].stores.push(store.clone());
+    }
+    for (put, &at) in puts.iter().zip(&put_at) {
+        [put.index, put.mask, put.v, put.u].into_iter().for_each(|node| lay(node, at, &mut pieces));
+        pieces[at as usize].puts.push(*put);
+    }
+    Plan { chunks: pieces, place, ..Plan::default() }
+}
+
+impl Split<'_> {
+    /// Gives all that some nodes need a piece: the present one, or the first that comes after all that is there already.
+    /// The piece after which they are there.
+    fn assign(&mut self, roots: &[Id], present: bool) -> u32 {
+        let last = self.pieces.len() as u32 - 1;
+        let (mut stack, mut new, mut seen) = (roots.to_vec(), Vec::new(), Map::default());
+        let mut at = if present { last } else { 0 };
+        let mut there = 0;
+        while let Some(node) = stack.pop() {
+            if self.tick.graph.op(node).is_leaf() || seen.insert(node, ()).is_some() {
+                continue;
+            }
+            match self.piece[node as usize] {
+                NONE => {
+                    new.push(node);
+                    stack.extend(self.tick.graph.op(node).operands());
+                }
+                piece => there = there.max(piece),
+            }
+        }
+        at = at.max(there);
+        if new.is_empty() {
+            return there;
+        }
+        let nodes = &mut self.pieces[at as usize].nodes;
+        new.iter().for_each(|&node| self.piece[node as usize] = at);
+        nodes.extend(new);
+        if at == last && nodes.len() >= self.limit {
+            self.pieces.push(Chunk::default());
+        }
+        at
+    }
+
+    /// Puts off what is written until all that reads it has run.
+    fn wait(&self, store_at: &mut [u32], put_at: &mut [u32]) {
+        let mut loads: Map<Half, u32> = Map::default();
+        let mut elements: Map<u32, u32> = Map::default();
+        let graph = &self.tick.graph;
+        let note = |loads: &mut Map<Half, u32>, node: Id, at: u32| match graph.op(node) {
+            Op::Load(half) => {
+                let last = loads.entry(half).or_default();
+                let later = at > *last;
+                *last = at.max(*last);
+                later
+            }
+            _ => false,
+        };
+        for (at, piece) in (0..).zip(&self.pieces) {
+            for &node in &piece.nodes {
+                graph.op(node).operands().for_each(|o| _ = note(&mut loads, o, at));
+                if let Op::Element { slot, .. } = graph.op(node) {
+                    let last = elements.entry(slot).or_default();
+                    *last = at.max(*last);
+                }
+            }
+        }
+        loop {
+            let mut moved = false;
+            for (put, at) in self.tick.chunk.puts.iter().zip(put_at.iter_mut()) {
+                let Put { slot, index, mask, v, u, .. } = *put;
+                // of several that write to a memory the later ones come after the earlier
+                let last = elements.entry(slot).or_default();
+                moved |= *at < *last;
+                *at = (*at).max(*last);
+                *last = *at;
+                for node in [index, mask, v, u] {
+                    moved |= note(&mut loads, node, *at);
+                }
+            }
+            for (store, at) in self.tick.chunk.stores.iter().zip(store_at.iter_mut()) {
+                let last = loads.get(&store.half).copied().unwrap_or_default();
+                moved |= *at < last;
+                *at = (*at).max(last);
+                moved |= note(&mut loads, store.node, *at);
+            }
+            if !moved {
+                return;
+            }
+        }
+    }
+}
