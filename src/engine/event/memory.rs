@@ -5,8 +5,9 @@
 
 use std::collections::HashSet;
 
-use super::build::{BLANK, Build, part};
+use super::build::{BLANK, Build};
 use super::eval::State;
+use super::operands::part;
 use super::program::{
     Code, ControlPin, MemoryCell, MemoryRead, MemoryWrite, ONE, Op, Operand, Pool, Program, Store, StoreCode, ZERO,
 };

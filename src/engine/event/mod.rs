@@ -3,7 +3,7 @@
 //! Operations stand in evaluation order and a change marks its readers in a bit set, so within a wave every operation
 //! outside a feedback loop runs at most once and after all that it reads. Loops are iterated in steps in which all
 //! members see the values before the step, so no result depends on the order of cells. `program` holds the netlist in
-//! arrays, `build` and `link` make it, `eval` runs one operation, `settle` one wave, `queue` keeps what is to come; `memory`
+//! arrays; `build`, `operands`, `stores` and `link` make it, `eval` runs one operation, `settle` one wave, `queue` keeps what is to come; `memory`
 //! is what memories need of all of these.
 
 mod build;
@@ -12,9 +12,11 @@ mod link;
 mod memory;
 #[cfg(test)]
 mod memory_tests;
+mod operands;
 mod program;
 mod queue;
 mod settle;
+mod stores;
 #[cfg(test)]
 mod tests;
 
