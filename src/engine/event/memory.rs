@@ -209,6 +209,11 @@ impl Memories {
 }
 
 impl Memories {
+    /// The bytes of all contents.
+    pub fn bytes(&self) -> usize {
+        self.contents.iter().map(|words| size_of_val(&**words)).sum()
+    }
+
     /// Whether anything was staged.
     #[inline(always)]
     pub fn is_waiting(&self) -> bool {
