@@ -71,7 +71,17 @@ First difference at 55 ns: top.q (after 6 rising edges of top.clk)
     55 ns  top.q   00001111 (15)  00011111 (31)
 ";
     let squeeze = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert_eq!(squeeze(rest), squeeze(expected), "{rest}");
+    let (lists, picture) = rest.rsplit_once("\n\n").unwrap();
+    assert_eq!(squeeze(lists), squeeze(expected), "{rest}");
+    // the two values stand one above the other, and an arrow points at them
+    let expected = "
+           ├45 ns────├50───────├55───────├60───────├65──────────
+top.clk    ▔▔▔▔▔▔▔▔▔▔╲▁▁▁▁▁▁▁▁▁╱▔▔▔▔▔▔▔▔▔╲▁▁▁▁▁▁▁▁▁╱▔▔▔▔▔▔▔▔▔▔▔▔
+top.q (a)   12                 ╳ 15                ╳ 18
+top.q (b)   12                 ╳ 31                ╳ 18
+                               ▲ first difference
+";
+    assert_eq!(picture, &expected[1..]);
 }
 
 #[test]

@@ -4,12 +4,15 @@
 
 mod support;
 
+use std::sync::Arc;
+
 use discreta::Value;
-use discreta::cell::Clock;
+use discreta::cell::memory::{ReadPort, WritePort};
+use discreta::cell::{AddOp, CellKind, Clock, Edge, Flop, GateOp, Memory};
 use discreta::engine::{AutoEngine, CompiledEngine, Engine, EventEngine, Unsettled};
 use discreta::netlist::{NetId, Netlist};
 use discreta::value::Word;
-use support::design::{CLOCKS, Design};
+use support::design::{CLOCKS, Cell, Design, Operand};
 use support::{Rng, repository};
 
 /// Two engines on one netlist.
@@ -68,6 +71,18 @@ impl<'n> Pair<'n> {
             let (a, b) = (self.event.read(net), self.compiled.read(net));
             assert_eq!(a, b, "{}: {} at {}", label(), self.netlist.net_name(net), self.event.now());
         }
+        for cell in self.netlist.cell_ids() {
+            // what nobody reads the event engine may leave out
+            if let Some(contents) = self.event.contents(cell) {
+                assert_eq!(
+                    Some(contents),
+                    self.compiled.contents(cell),
+                    "{}: {}",
+                    label(),
+                    self.netlist.cell_path(cell)
+                );
+            }
+        }
         let (a, b) = (self.event.take_unknown_controls(), self.compiled.take_unknown_controls());
         assert_eq!(a, b, "{}", label());
         // of the nets that went away and came back, only the event engine tells
@@ -94,9 +109,199 @@ fn sorted(result: Result<(), Unsettled>) -> Result<(), Unsettled> {
     })
 }
 
+/// `width` bits of some of the first `end` signals.
+fn operand(rng: &mut Rng, design: &Design, width: u32, end: usize) -> Operand {
+    let (mut all, mut left) = (Vec::new(), width);
+    while left > 0 {
+        let signal = rng.below(end as u64) as usize;
+        let have = design.signals[signal].1;
+        let n = have.min(left);
+        all.push((signal, rng.below(u64::from(have - n + 1)) as u32, n));
+        left -= n;
+    }
+    all
+}
+
+/// Adds a signal that a cell gives.
+fn add(design: &mut Design, kind: CellKind, inputs: Vec<Operand>) -> usize {
+    let mut outputs = Vec::new();
+    for (pin, name) in kind.outputs().iter().enumerate() {
+        outputs.push(design.signals.len());
+        design.signals.push((format!("m{}_{name}", design.cells.len()), kind.output_width(pin)));
+    }
+    let first = outputs[0];
+    design.cells.push(Cell { kind, inputs, outputs });
+    first
+}
+
+/// A memory of any kind but those that are written by level.
+fn memory(rng: &mut Rng) -> Memory {
+    let width = *rng.pick(&[1, 2, 3, 5, 8, 16, 31, 32, 64, 70, 130]);
+    let size = *rng.pick(&[1, 2, 3, 5, 8, 16, 20]);
+    let (reads, writes) = (1 + rng.below(3) as usize, rng.below(4) as usize);
+    let mut init = Memory::contents(width, size);
+    let known = *rng.pick(&[0, 50, 100]);
+    for i in 0..size {
+        if rng.below(100) < known {
+            let value = if rng.one_in(8) { rng.four_valued(width, 3) } else { rng.known(width) };
+            Memory::set_word(width, &mut init, i, &value, |_| true);
+        }
+    }
+    let clock = |rng: &mut Rng| *rng.pick(&[None, Some(Edge::Rising), Some(Edge::Rising), Some(Edge::Falling)]);
+    let flags = |rng: &mut Rng, n: usize, often| (0..n).map(|_| rng.one_in(often)).collect::<Box<[bool]>>();
+    let read = |rng: &mut Rng| ReadPort {
+        clock: clock(rng),
+        wide: false,
+        transparent: flags(rng, writes, 3),
+        collides: flags(rng, writes, 6),
+        arst_value: rng.four_valued(width, 20),
+        srst_value: rng.four_valued(width, 20),
+        enable_first: rng.one_in(2),
+    };
+    let reads: Vec<ReadPort> = (0..reads).map(|_| read(rng)).collect();
+    let write = |rng: &mut Rng| WritePort {
+        clock: Some(*rng.pick(&[Edge::Rising, Edge::Rising, Edge::Falling])),
+        wide: false,
+        priority: vec![false; writes].into(),
+    };
+    let ports = width * reads.len() as u32;
+    Memory {
+        width,
+        size,
+        offset: *rng.pick(&[0, 0, 0, 3, -2]),
+        abits: *rng.pick(&[1, 2, 3, 4, 5, 33]),
+        init: Arc::from(init),
+        start: if rng.one_in(2) { Value::unknown(ports) } else { rng.four_valued(ports, 10) },
+        reads,
+        writes: (0..writes).map(|_| write(rng)).collect(),
+    }
+}
+
+/// Adds memories, and cells that read what they give.
+fn add_memories(rng: &mut Rng, design: &mut Design) {
+    let zero = add(design, CellKind::Constant(Box::new(Value::from_u64(0, 1))), vec![]);
+    let one = add(design, CellKind::Constant(Box::new(Value::from_u64(1, 1))), vec![]);
+    let mut given = Vec::new();
+    for _ in 0..1 + rng.below(2) {
+        let m = memory(rng);
+        let (n, k, width) = (m.reads.len(), m.writes.len(), m.width);
+        let q = design.signals.len();
+        let clock = |rng: &mut Rng, design: &Design| match rng.below(8) {
+            0 => operand(rng, design, 1, q),
+            _ => vec![(rng.below(CLOCKS.end as u64) as usize, 0, 1)],
+        };
+        let constant = |rng: &mut Rng, design: &Design, value: usize, often| match rng.one_in(often) {
+            true => operand(rng, design, 1, design.inputs),
+            false => vec![(value, 0, 1)],
+        };
+        let one_clock = clock(rng, design);
+        let clocks = |rng: &mut Rng, design: &Design, n: usize| -> Operand {
+            (0..n).flat_map(|_| if rng.one_in(3) { clock(rng, design) } else { one_clock.clone() }).collect()
+        };
+        let rd_clk = clocks(rng, design, n);
+        let rd_en = (0..n).flat_map(|_| constant(rng, design, one, 2)).collect();
+        let rd_arst = (0..n).flat_map(|_| constant(rng, design, zero, 5)).collect();
+        let rd_srst = (0..n).flat_map(|_| constant(rng, design, zero, 4)).collect();
+        let mut rd_addr = Operand::new();
+        for (port, spec) in m.reads.iter().enumerate() {
+            // a port may read where one before it says
+            let before = port as u32 * width;
+            if before >= m.abits && rng.one_in(4) {
+                rd_addr.push((q, rng.below(u64::from(before - m.abits + 1)) as u32, m.abits));
+            } else if spec.clock.is_some() && rng.one_in(4) {
+                rd_addr.extend(operand(rng, design, m.abits, design.signals.len()));
+            } else {
+                rd_addr.extend(address(rng, design, m.abits, q, zero));
+            }
+        }
+        let wr_clk = clocks(rng, design, k);
+        let mut wr_en = Operand::new();
+        for _ in 0..k {
+            match rng.below(3) {
+                0 => wr_en.extend(operand(rng, design, width, q)),
+                1 => wr_en.extend(vec![(one, 0, 1); width as usize]),
+                _ => wr_en.extend(vec![operand(rng, design, 1, design.inputs)[0]; width as usize]),
+            }
+        }
+        let mut wr_addr = Operand::new();
+        for _ in 0..k {
+            match rng.one_in(3) {
+                true if !rd_addr.is_empty() => wr_addr.extend(cut(&rd_addr, m.abits)),
+                _ => wr_addr.extend(address(rng, design, m.abits, q, zero)),
+            }
+        }
+        let wr_data = (0..k).flat_map(|_| operand(rng, design, width, q)).collect();
+        let inputs = vec![rd_clk, rd_en, rd_arst, rd_srst, rd_addr, wr_clk, wr_en, wr_addr, wr_data];
+        given.push(add(design, CellKind::Memory(Box::new(m)), inputs));
+    }
+    // what reads what the memories give
+    for q in given {
+        for _ in 0..3 {
+            let width = design.signals[q].1.min(70);
+            let lo = rng.below(u64::from(design.signals[q].1 - width + 1)) as u32;
+            let (a, b) = (vec![(q, lo, width)], operand(rng, design, width, design.signals.len()));
+            let flop = Flop {
+                edge: *rng.pick(&[Edge::Rising, Edge::Falling]),
+                set_value: rng.known(width),
+                reset_value: rng.known(width),
+                init: rng.known(width),
+            };
+            match rng.below(4) {
+                0 => add(design, CellKind::Adder { op: AddOp::Add, width }, vec![a, b, vec![]]),
+                1 => {
+                    let both = [a, b].concat();
+                    add(design, CellKind::Gate { op: GateOp::And, width, inputs: 2 }, vec![both])
+                }
+                2 => {
+                    let (both, s) = ([a, b].concat(), operand(rng, design, 1, design.inputs));
+                    add(design, CellKind::Mux { width, inputs: 2 }, vec![both, s])
+                }
+                _ => {
+                    let clk = vec![(rng.below(CLOCKS.end as u64) as usize, 0, 1)];
+                    let pins = vec![clk, a, vec![], vec![], vec![], vec![], vec![], vec![]];
+                    add(design, CellKind::Flop(Box::new(flop)), pins)
+                }
+            };
+        }
+    }
+    // and state of before
+    let last = design.signals.len();
+    for c in 0..design.cells.len() {
+        if matches!(design.cells[c].kind, CellKind::EdgeFlop(_)) {
+            let width = design.cells[c].kind.input_width(1);
+            design.cells[c].inputs[1] = operand(rng, design, width, last);
+        }
+    }
+}
+
+/// The first `width` bits.
+fn cut(from: &Operand, width: u32) -> Operand {
+    let (mut out, mut left) = (Operand::new(), width);
+    for &(signal, lo, n) in from {
+        out.extend((left > 0).then_some((signal, lo, n.min(left))));
+        left -= n.min(left);
+    }
+    out
+}
+
+/// An address, most of the time a small one.
+fn address(rng: &mut Rng, design: &Design, width: u32, end: usize, zero: usize) -> Operand {
+    let low = width.min(1 + rng.below(4) as u32);
+    let mut all = operand(rng, design, low, end);
+    if rng.one_in(4) {
+        all.extend(operand(rng, design, width - low, end));
+    } else {
+        all.extend(vec![(zero, 0, 1); (width - low) as usize]);
+    }
+    all
+}
+
 fn random(seed: u64, totals: &mut [u64; 6]) {
     let mut rng = Rng::new(seed);
-    let design = if seed.is_multiple_of(3) { Design::new(&mut rng) } else { Design::ordered(&mut rng) };
+    let mut design = if seed.is_multiple_of(3) { Design::new(&mut rng) } else { Design::ordered(&mut rng) };
+    if !seed.is_multiple_of(4) {
+        add_memories(&mut rng, &mut design);
+    }
     let netlist = design.build(&mut rng);
     if let Err(why) = CompiledEngine::supports(&netlist) {
         assert!(["feedback", "delay"].iter().any(|w| why.contains(w)), "seed {seed}: {why}");

@@ -114,7 +114,7 @@ pub struct Written<'a> {
 
 impl Memory {
     /// How far the words of a memory are apart, in bits: a word never lies across two of the machine's unless it is wider.
-    const fn stride(width: u32) -> u64 {
+    pub(crate) const fn stride(width: u32) -> u64 {
         if width <= 64 { width.next_power_of_two() as u64 } else { words(width) as u64 * 64 }
     }
 

@@ -3,13 +3,19 @@
 //! What means the same in several commands is one struct that they share.
 
 mod drawing;
+mod looking;
+mod schematic;
 mod sweeping;
 
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 
-pub use drawing::{CompareArgs, CompareFormat, DrawingArgs, InterpolateArgs, PlotArgs, Point, StepsFormat};
+pub use drawing::{
+    CompareArgs, CompareFormat, CoordinateArgs, DrawingArgs, InterpolateArgs, PlotArgs, Point, StepsFormat,
+};
+pub use looking::{ViewArgs, WaveTextArgs};
+pub use schematic::DrawArgs;
 pub use sweeping::SweepArgs;
 
 /// `discreta`.
@@ -47,12 +53,18 @@ pub enum Command {
     Test(TestArgs),
     /// Compare two waveforms: where they differ first, and what was around
     Diff(DiffArgs),
+    /// Print a waveform as text
+    Wave(WaveTextArgs),
+    /// Make a page that shows a circuit at work: schematic, waveform and path
+    View(ViewArgs),
     /// Run a circuit for every combination of values of some inputs, side by side
     Sweep(SweepArgs),
     /// Print what an interpolation algorithm does, step by step, without any circuit
     Interpolate(InterpolateArgs),
     /// Draw the path of a method or of a waveform over the ideal curve, as SVG
     Plot(PlotArgs),
+    /// Draw the schematic of a circuit, as SVG
+    Draw(DrawArgs),
     /// Count what circuits are made of, and how deep their logic is
     Stats(StatsArgs),
     /// Write a circuit for other tools
@@ -285,6 +297,8 @@ Examples:
         as the circuit's own scenario says; prints a summary
   discreta run circuits/evaluation/line.json -s dx=5 -s dy=3 -o line.vcd
         with these inputs; the waveform goes to line.vcd
+  discreta run circuits/evaluation/line.json -o line.vcd --save && gtkwave line.gtkw
+        shown as it suits the circuit: groups, signed numbers, coordinates as steps
   discreta run counter.json -p W=16 --cycles 100 --trace 'q' --trace 'stage[*].*' -o -
         100 clocks of a 16-bit counter; some nets, to standard output
 
@@ -312,6 +326,10 @@ pub struct RunArgs {
     /// times
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub output: Vec<PathBuf>,
+
+    /// Beside each waveform, write what GTKWave (.gtkw) and Surfer (.sucl) are to show of it
+    #[arg(long, requires = "output")]
+    pub save: bool,
 
     /// Record only nets that match, e.g. 'adder.*' or '**.q'; may be given several times
     #[arg(long, value_name = "GLOB")]

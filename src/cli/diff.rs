@@ -1,9 +1,12 @@
 //! `discreta diff`: two waveforms, and where they first differ.
 
 use super::args::{DiffArgs, DontCare};
+use super::wave::width;
 use super::{CliError, Format, Out, Status};
 use crate::wave::diff::{self, Options, Side};
 use crate::wave::read::Waves;
+use crate::wave::text::Style;
+use crate::wave::text::around::around;
 
 /// Compares, and prints the report.
 ///
@@ -26,7 +29,13 @@ pub fn run(args: &DiffArgs, out: &mut Out) -> Result<Status, CliError> {
     }
     let difference = diff::diff(&mut a, &mut b, &options)?;
     match args.format.format {
-        Format::Text => write!(out, "{difference}")?,
+        Format::Text => {
+            write!(out, "{difference}")?;
+            let style = Style { ascii: false, color: true };
+            if let Some(picture) = around(&mut a, &mut b, &difference, ["a", "b"], width(None), style)? {
+                write!(out, "\n{picture}")?;
+            }
+        }
         Format::Json => out.json(&difference)?,
     }
     Ok(Status::of(difference.same))

@@ -9,6 +9,7 @@ pub mod check;
 pub mod compare;
 pub mod completions;
 pub mod diff;
+pub mod draw;
 mod drawing;
 pub mod error;
 pub mod export;
@@ -23,11 +24,15 @@ pub mod progress;
 mod replay;
 mod report;
 pub mod run;
+mod sample;
+mod save;
 pub mod schema;
 pub mod stats;
 pub mod sweep;
 pub mod test;
 mod timing;
+pub mod view;
+pub mod wave;
 mod waveforms;
 
 use std::process::ExitCode;
@@ -89,9 +94,12 @@ fn dispatch(command: &Command, out: &mut Out) -> Result<Status, CliError> {
         Command::Check(args) => check::run(args, out),
         Command::Test(args) => test::run(args, out),
         Command::Diff(args) => diff::run(args, out),
+        Command::Wave(args) => wave::run(args, out),
+        Command::View(args) => view::run(args, out),
         Command::Sweep(args) => sweep::run(args, out),
         Command::Interpolate(args) => interpolate::run(args, out),
         Command::Plot(args) => plot::run(args, out),
+        Command::Draw(args) => draw::run(args, out),
         Command::Stats(args) => stats::run(args, out),
         Command::Export(args) => export::run(args, out),
         Command::Compare(args) => compare::run(args, out),

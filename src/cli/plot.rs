@@ -5,11 +5,12 @@ use std::path::Path;
 
 use super::args::{DrawingArgs, PlotArgs, Point};
 use super::progress::Progress;
+use super::sample::sampled;
 use super::{CliError, Out, Status, drawing, interrupt};
 use crate::interpolate::{Drawing, Ideal, Method};
 use crate::plot::{Picture, Recording};
 use crate::wave::output::{Destination, Output};
-use crate::wave::read::{ValueKind, Waves};
+use crate::wave::read::Waves;
 
 /// Clocks between two looks at the terminal and at Ctrl-C.
 const OFTEN: u64 = 1 << 20;
@@ -66,11 +67,11 @@ fn is_waveform(path: &Path) -> bool {
 
 fn of_method(method: Method, args: &PlotArgs) -> Result<Plotted, CliError> {
     let of_traces = [
-        ("--x", args.x.is_some()),
-        ("--y", args.y.is_some()),
-        ("--z", args.z.is_some()),
-        ("--dt", args.dt.is_some()),
-        ("--signed", args.signed),
+        ("--x", args.coordinates.x.is_some()),
+        ("--y", args.coordinates.y.is_some()),
+        ("--z", args.coordinates.z.is_some()),
+        ("--dt", args.coordinates.dt.is_some()),
+        ("--signed", args.coordinates.signed),
     ];
     if let Some((option, _)) = of_traces.into_iter().find(|(_, given)| *given) {
         return Err(CliError::usage(format!("{method} has no option {option}")).with_hint("it is for waveforms"));
@@ -120,8 +121,8 @@ fn of_trace(path: &Path, args: &PlotArgs) -> Result<Plotted, CliError> {
         return Err(CliError::usage(format!("a waveform has no option {option}")).with_hint("it is for methods"));
     }
     let mut waves = Waves::open(path)?;
-    let points = sampled(&mut waves, args)?;
-    let axes = 2 + usize::from(args.z.is_some());
+    let points: Vec<[i64; 3]> = sampled(&mut waves, &args.coordinates)?.iter().map(|point| point.at).collect();
+    let axes = 2 + usize::from(args.coordinates.z.is_some());
     let (Some(&first), Some(&last)) = (points.first(), points.last()) else {
         let fault = format!("in `{}` the coordinates are never known at a clock", path.display());
         return Err(CliError::usage(fault).with_hint("does START come before the first clock?"));
@@ -146,92 +147,4 @@ fn of_trace(path: &Path, args: &PlotArgs) -> Result<Plotted, CliError> {
     let title = format!("{name}: {shape} {} → {}", drawing::point(from, axes), drawing::point(to, axes));
     let note = note(&recording, None, false);
     Ok(Plotted { title, note, ideal, recording, stopped: None })
-}
-
-/// The coordinates before the first clock and at the end of each: just before the leading edge of the next.
-fn sampled(waves: &mut Waves, args: &PlotArgs) -> Result<Vec<[i64; 3]>, CliError> {
-    let clock = changes(waves, args.dt.as_deref().unwrap_or("dt"), "--dt")?;
-    let mut nets = Vec::new();
-    for (name, default, option) in [(&args.x, Some("xt"), "--x"), (&args.y, Some("yt"), "--y"), (&args.z, None, "--z")]
-    {
-        if let Some(name) = name.as_deref().or(default) {
-            nets.push(changes(waves, name, option)?);
-        }
-    }
-    let rising = clock.windows(2).filter(|pair| pair[1].1 == "1" && pair[0].1 != "1").map(|pair| pair[1].0);
-    let mut points = Vec::new();
-    let mut before = vec![0; nets.len()];
-    for edge in rising.chain([u64::MAX]) {
-        let mut at = [Some(0); 3];
-        for ((axis, net), before) in nets.iter().enumerate().zip(&mut before) {
-            while net.get(*before).is_some_and(|(time, _)| *time < edge) {
-                *before += 1;
-            }
-            at[axis] = before.checked_sub(1).and_then(|i| coordinate(&net[i].1, args.signed));
-        }
-        match at {
-            [Some(x), Some(y), Some(z)] => points.push([x, y, z]),
-            // not yet known; once they are, a gap would show a path that there is not
-            _ if points.is_empty() => {}
-            _ => {
-                return Err(CliError::usage(format!("a coordinate is unknown before the edge of the clock at {edge}")));
-            }
-        }
-    }
-    Ok(points)
-}
-
-/// The changes of the net of a name: the full name, or else the only one nearest to the top that ends in it.
-fn changes(waves: &mut Waves, name: &str, option: &str) -> Result<Vec<(u64, String)>, CliError> {
-    let path = waves.path().display().to_string();
-    let found = match waves.find(name) {
-        Some(found) => found,
-        None => {
-            let inner = format!(".{name}");
-            let vars = || waves.vars().iter().enumerate().filter(|(_, v)| v.name.ends_with(&inner));
-            let depth = |name: &str| name.matches('.').count();
-            let least = vars().map(|(_, v)| depth(&v.name)).min();
-            let nearest: Vec<usize> = vars().filter(|(_, v)| Some(depth(&v.name)) == least).map(|(i, _)| i).collect();
-            match nearest[..] {
-                [one] => one,
-                [] => {
-                    let fault = CliError::usage(format!("`{path}` has no net `{name}`"));
-                    return Err(fault.with_hint(format!("name another with {option}")));
-                }
-                [a, b, ..] => {
-                    let [a, b] = [a, b].map(|i| waves.vars()[i].name.clone());
-                    let fault = CliError::usage(format!("`{path}` has several nets `{name}`"));
-                    return Err(fault.with_hint(format!("name one in full with {option}, such as {a} or {b}")));
-                }
-            }
-        }
-    };
-    if !matches!(waves.vars()[found].kind, ValueKind::Bits(1..=63)) {
-        return Err(CliError::usage(format!("`{name}` is {}, not 1 to 63 bits", waves.vars()[found].kind)));
-    }
-    Ok(waves.load(found)?.changes().collect())
-}
-
-/// The number that bits are; none if one of them is unknown.
-fn coordinate(bits: &str, signed: bool) -> Option<i64> {
-    let value = i64::from_str_radix(bits, 2).ok()?;
-    let negative = signed && bits.starts_with('1');
-    Some(if negative { value - (1 << bits.len()) } else { value })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn coordinates() {
-        assert_eq!(
-            [coordinate("0101", false), coordinate("1111", false), coordinate("1x11", false)],
-            [Some(5), Some(15), None]
-        );
-        assert_eq!(
-            [coordinate("0101", true), coordinate("1111", true), coordinate("1000", true)],
-            [Some(5), Some(-1), Some(-8)]
-        );
-    }
 }

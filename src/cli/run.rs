@@ -8,9 +8,9 @@ use super::monitor::say;
 use super::prepare::{Changes, Prepared, prepare, typed};
 use super::progress::Progress;
 use super::report::{Report, time};
-use super::{CliError, Out, Status, interrupt, replay, waveforms};
+use super::{CliError, Out, Status, interrupt, replay, save, waveforms};
 use crate::circuit::{Limits, Loader};
-use crate::diag::{Code, Diagnostic, Diagnostics};
+use crate::diag::{Code, Diagnostic, Diagnostics, Sources};
 #[cfg(feature = "compiled")]
 use crate::engine::{AutoEngine, CompiledEngine};
 use crate::engine::{Engine, EventEngine, Unsettled};
@@ -40,7 +40,10 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
     let mut sinks = Tee(writers.iter_mut().map(|w| &mut **w as &mut dyn Sink).collect());
     let sink: Option<&mut dyn Sink> = if files.is_empty() { None } else { Some(&mut sinks) };
     let (outcome, difference) = simulate(&mut prepared, &loader, &args.engine, sink, "running")?;
-    let files: Vec<PathBuf> = files.into_iter().map(|place| place.path).collect();
+    let mut files: Vec<PathBuf> = files.into_iter().map(|place| place.path).collect();
+    if args.save {
+        files.extend(save::beside(&prepared, &files, outcome.time)?);
+    }
 
     let difference = difference.as_ref();
     let report = Report { prepared: &prepared, loader: &loader, outcome: &outcome, files: &files, difference };
@@ -97,8 +100,13 @@ pub(super) fn faults<T>(loader: &mut Loader, prepared: Option<T>) -> Result<T, C
 
 /// Diagnostics as they are printed to standard error.
 pub(super) fn rendered(diagnostics: &Diagnostics, loader: &Loader) -> String {
+    rendered_from(diagnostics, &loader.sources)
+}
+
+/// The same with the texts that they point into.
+pub(super) fn rendered_from(diagnostics: &Diagnostics, sources: &Sources) -> String {
     let color = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty());
-    diagnostics.render(&loader.sources, color)
+    diagnostics.render(sources, color)
 }
 
 /// The engine that the options choose.

@@ -8,12 +8,15 @@ use super::args::{Format, TestArgs};
 use super::prepare::{Changes, is_scenario, prepare};
 use super::report::Report;
 use super::run::{faults, rendered, simulate};
+use super::wave::width;
 use super::{CliError, Out, Status, interrupt};
 use crate::circuit::{Limits, Loader};
 use crate::wave::Sink;
 use crate::wave::diff::{Options, diff};
 use crate::wave::output::{Destination, Output};
 use crate::wave::read::Waves;
+use crate::wave::text::Style;
+use crate::wave::text::around::around;
 use crate::wave::vcd::VcdWriter;
 
 /// How one scenario went.
@@ -182,13 +185,17 @@ fn differing(golden: &Path, waveform: &[u8]) -> Result<Verdict, CliError> {
         Ok(waves) => waves,
         Err(e) => return Ok(Verdict::Failed(format!("{e}\n"), Json::Null)),
     };
-    let mut difference = diff(&mut expected, &mut Waves::open(held.path())?, &Options::default())?;
+    let mut ran = Waves::open(held.path())?;
+    let mut difference = diff(&mut expected, &mut ran, &Options::default())?;
     difference.a.name = format!("golden ({})", golden.display());
     difference.b.name = "this run".to_owned();
     let text = if difference.same {
         "every value is the same, but the files are not: written by another version? --bless renews it\n".to_owned()
     } else {
-        difference.to_string()
+        // it stands indented
+        let width = width(None).saturating_sub(4);
+        let picture = around(&mut expected, &mut ran, &difference, ["golden", "run"], width, Style::default())?;
+        format!("{difference}{}", picture.map_or_else(String::new, |picture| format!("\n{picture}")))
     };
     Ok(Verdict::Failed(text, serde_json::to_value(&difference).unwrap_or(Json::Null)))
 }

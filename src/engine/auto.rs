@@ -3,7 +3,7 @@
 //!
 //! When that is depends on the run alone, not on the machine. Both give the same values, so nobody can tell.
 
-use super::{CompiledEngine, Engine, EventEngine, UnknownControl, Unsettled};
+use super::{CompiledEngine, Engine, EventEngine, Log, UnknownControl, Unsettled};
 use crate::cell::Clock;
 use crate::netlist::{NetId, Netlist};
 use crate::value::Word;
@@ -24,6 +24,7 @@ pub struct AutoEngine<'n> {
     netlist: &'n Netlist,
     running: Running<'n>,
     observed: Vec<NetId>,
+    traced: Vec<NetId>,
     /// Why the circuit is not compiled.
     refused: Option<String>,
     /// Net changes after which it is.
@@ -45,7 +46,8 @@ impl<'n> AutoEngine<'n> {
     #[must_use]
     pub fn with_patience(netlist: &'n Netlist, patience: u64) -> AutoEngine<'n> {
         let running = Running::Event(Box::new(EventEngine::new(netlist)));
-        AutoEngine { netlist, running, observed: Vec::new(), refused: None, patience, before: 0, settled: false }
+        let (observed, traced) = (Vec::new(), Vec::new());
+        AutoEngine { netlist, running, observed, traced, refused: None, patience, before: 0, settled: false }
     }
 
     fn engine(&self) -> &dyn Engine {
@@ -72,7 +74,7 @@ impl<'n> AutoEngine<'n> {
             && engine.changes().is_empty()
         {
             self.before = engine.net_changes();
-            match CompiledEngine::resume(self.netlist, engine, &self.observed) {
+            match CompiledEngine::resume(self.netlist, engine, &self.observed, &self.traced) {
                 Ok(compiled) => self.running = Running::Compiled(Box::new(compiled)),
                 Err(why) => self.refused = Some(why),
             }
@@ -92,6 +94,15 @@ impl Engine for AutoEngine<'_> {
     fn observe(&mut self, net: NetId) {
         self.observed.push(net);
         self.engine_mut().observe(net);
+    }
+
+    fn trace(&mut self, net: NetId) {
+        self.traced.push(net);
+        self.engine_mut().trace(net);
+    }
+
+    fn log(&mut self) -> Option<&mut Log> {
+        self.engine_mut().log()
     }
 
     fn add_clock(&mut self, net: NetId, clock: Clock) {

@@ -9,6 +9,7 @@ pub mod batch;
 #[cfg(feature = "compiled")]
 mod compiled;
 mod event;
+mod log;
 
 use std::fmt;
 
@@ -21,6 +22,7 @@ pub use auto::AutoEngine;
 #[cfg(feature = "compiled")]
 pub use compiled::{CompiledEngine, EngineReport};
 pub use event::EventEngine;
+pub use log::{Field, Log};
 
 /// A run that cannot go on: some nets never settle.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -60,6 +62,17 @@ pub trait Engine: fmt::Debug {
     /// Lists the net's changes in [`changes`](Engine::changes), and lets them end an [`advance`](Engine::advance).
     fn observe(&mut self, net: NetId);
 
+    /// Has the net's changes written into the [`log`](Engine::log), which ends no advance; an engine without one
+    /// [observes](Engine::observe) the net.
+    fn trace(&mut self, net: NetId) {
+        self.observe(net);
+    }
+
+    /// The changes of traced nets since the log was last cleared, wave after wave, if the engine keeps a log.
+    fn log(&mut self) -> Option<&mut Log> {
+        None
+    }
+
     /// Drives an input by a clock from now on.
     fn add_clock(&mut self, net: NetId, clock: Clock);
 
@@ -73,7 +86,7 @@ pub trait Engine: fmt::Debug {
     fn settle(&mut self) -> Result<(), Unsettled>;
 
     /// Makes the first wave of each instant up to tick `until`, stopping early after one in which an observed net
-    /// changed or an unknown value reached a control. Afterwards [`now`](Engine::now) is `until` or that instant. Returns
+    /// changed or an unknown value reached a control, or when the log has become long. Afterwards [`now`](Engine::now) is `until` or that instant. Returns
     /// whether it stopped early.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! A rectangle of the picture with axes: its grid, its ticks, and where a number is in it.
 
 use super::axis::{Range, Ticks};
-use super::svg::Svg;
+use crate::svg::Svg;
 
 /// Pixels between a frame and the numbers beside it.
 const GAP: f64 = 6.0;
@@ -103,7 +103,7 @@ impl Frame {
             svg.label("soft", [left - GAP, self.py(v) + 4.0], "end", &y_ticks.label(v));
         }
         svg.label("soft", [left + width / 2.0, self.bottom() + GAP + 26.0], "middle", x.title);
-        let [cx, cy] = [left - 50.0, top + height / 2.0].map(super::svg::number);
+        let [cx, cy] = [left - 50.0, top + height / 2.0].map(crate::svg::number);
         let turn = format!("rotate(-90 {cx} {cy})");
         let place = [("class", "soft"), ("x", &cx), ("y", &cy), ("text-anchor", "middle"), ("transform", &turn)];
         svg.text("text", &place, y.title);

@@ -8,7 +8,6 @@ mod axis;
 mod frame;
 mod picture;
 mod recording;
-mod svg;
 
 pub use picture::Picture;
 pub use recording::Recording;

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use super::Recording;
 use super::axis::{Range, signed};
 use super::frame::{Frame, Marks, Place};
-use super::svg::{Svg, number};
 use crate::interpolate::Ideal;
+use crate::svg::{Svg, number};
 
 const WIDTH: f64 = 760.0;
 const LEFT: f64 = 66.0;

@@ -22,7 +22,7 @@ pub(super) fn glob_path(netlist: &Netlist, id: SignalId) -> String {
 
 /// A glob over paths whose scopes are separated by `/`: `*` and `?` stay inside a scope, `**` crosses them. A dot is a
 /// separator or a dot within a name.
-pub(super) fn glob_set(glob: &str) -> Result<GlobSet, String> {
+pub(crate) fn glob_set(glob: &str) -> Result<GlobSet, String> {
     let mut pattern = String::new();
     let mut chars = glob.chars();
     while let Some(c) = chars.next() {

@@ -15,6 +15,7 @@ pub mod time;
 
 pub use check::{Check, CheckReport, CheckRule, Fault, Level, MAX_KEPT, NetEdge, Side, Timing, TimingCheck, Violation};
 pub use file::{Clock, Edge, EdgeOf, Expect, Limit, ScenarioFile, Simulation, Stimulus, Until, ValueText};
+pub(crate) use glob::glob_set;
 pub(crate) use record::layout;
 pub use replay::Replay;
 pub use resolve::{DEFAULT_CYCLES, DrivenClock, Event, Expectation, Rule, Scenario};

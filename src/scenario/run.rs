@@ -149,7 +149,10 @@ impl<'n> Watch<'n> {
             }
         }
         let checker = (!scenario.checks.is_empty()).then(|| Checker::new(&scenario.checks));
-        let watched = traced.iter().copied().chain(scenario.until.iter().map(|u| u.0));
+        for &signal in traced {
+            netlist.bits(signal).iter().for_each(|s| engine.trace(s.net));
+        }
+        let watched = scenario.until.iter().map(|u| u.0);
         let watched = watched.chain(counts.iter().map(|c| c.signal)).chain(checker.iter().flat_map(Checker::signals));
         let of_monitor = |m: &Monitor| {
             let counter = if let When::Edge(counter) = m.when { Some(counter) } else { None };
@@ -199,11 +202,11 @@ impl<'n> Watch<'n> {
     /// Records the changes since the last time, and regards what else watches them.
     fn record(&mut self, engine: &mut dyn Engine, sink: &mut Option<&mut dyn Sink>) -> io::Result<()> {
         let first = std::mem::replace(&mut self.first, false);
-        if engine.changes().is_empty() && !first {
-            return Ok(());
-        }
         if let (Some(sink), Some(recording)) = (sink, &mut self.recording) {
             recording.record(engine, first, *sink)?;
+        }
+        if engine.changes().is_empty() && !first {
+            return Ok(());
         }
         for i in 0..self.counts.len() {
             let bit = self.read(engine, self.counts[i].signal)[0];
@@ -277,6 +280,9 @@ pub fn run_with(
         return Err(e.into());
     }
     if let Some(sink) = sink {
+        if let Some(recording) = &mut watch.recording {
+            recording.finish(engine, end.is_err(), sink)?;
+        }
         sink.finish(outcome.time)?;
     }
     outcome.stop = end?;

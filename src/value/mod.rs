@@ -3,6 +3,7 @@
 //! [`Value`] is what crosses the API: backed by [`mod@bitvec`], written and read as Verilog literals. [`word`] is the
 //! same meaning in machine words, which is what the engines compute with. This room knows of nothing else.
 
+pub mod changes;
 mod literal;
 pub mod word;
 

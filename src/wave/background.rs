@@ -7,7 +7,7 @@ use std::io;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
-use super::{Layout, Sink};
+use super::{Batch as Packed, Batches, Layout, Sink};
 use crate::value::{Word, word};
 
 /// How many words or events are handed over at once.
@@ -26,6 +26,8 @@ enum Event {
 struct Batch {
     events: Vec<Event>,
     words: Vec<Word>,
+    /// What comes after them.
+    packed: Option<Packed>,
     /// The run is over at this tick.
     end: Option<u64>,
 }
@@ -36,6 +38,8 @@ pub struct Background {
     /// Words of each variable.
     sizes: Vec<u32>,
     batch: Batch,
+    /// Whether the sink takes changes by the batch.
+    packs: bool,
 }
 
 enum State {
@@ -51,8 +55,9 @@ enum State {
 
 impl Background {
     /// The thread starts with [`Sink::begin`].
-    pub fn new(sink: impl Sink + Send + 'static) -> Background {
-        Background { state: State::New(Box::new(sink)), sizes: Vec::new(), batch: Batch::default() }
+    pub fn new(mut sink: impl Sink + Send + 'static) -> Background {
+        let packs = sink.batches().is_some();
+        Background { state: State::New(Box::new(sink)), sizes: Vec::new(), batch: Batch::default(), packs }
     }
 
     /// Hands the batch over and takes an empty one.
@@ -99,6 +104,9 @@ fn consume(
                 }
             }
         }
+        if let Some((packed, sink)) = batch.packed.as_mut().zip(sink.batches()) {
+            packed.words = sink.batch(std::mem::take(packed))?;
+        }
         if let Some(end) = batch.end {
             return sink.finish(end);
         }
@@ -136,10 +144,25 @@ impl Sink for Background {
         self.batch.words.extend_from_slice(&value[..self.sizes[var] as usize]);
     }
 
+    fn batches(&mut self) -> Option<&mut dyn Batches> {
+        self.packs.then_some(self)
+    }
+
     fn finish(&mut self, end: u64) -> io::Result<()> {
         self.batch.end = Some(end);
         self.hand_over()?;
         self.join()
+    }
+}
+
+impl Batches for Background {
+    fn batch(&mut self, batch: Packed) -> io::Result<Vec<u64>> {
+        self.batch.packed = Some(batch);
+        self.hand_over()?;
+        // the thread has done with what was there
+        let mut free = self.batch.packed.take().unwrap_or_default().words;
+        free.clear();
+        Ok(free)
     }
 }
 

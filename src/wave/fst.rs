@@ -1,24 +1,32 @@
 //! Writing FST, GTKWave's compressed format, while a run goes on.
 //!
-//! The `fst-writer` crate does the format. Changes are kept by it and compressed some megabytes at a time, so memory
-//! does not grow with the run. The bytes are the same everywhere: no date, no version number. The numbers in its header
-//! are known at the end only, so the destination is one that can go back.
+//! The `fst-writer` crate writes what a file says of its signals, [`section`](super::section) packs their values, some
+//! megabytes at a time, so memory does not grow with the run. The bytes are the same everywhere: no date, no version
+//! number. Two numbers at the beginning are known at the end only, so the destination is one that can go back.
 
-use std::io::{self, BufWriter, Seek};
+use std::io::{self, Cursor, Seek, SeekFrom};
 
 use fst_writer::{
-    FstBodyWriter, FstFileType, FstHeaderWriter, FstInfo, FstScopeType, FstSignalId, FstSignalType, FstVarDirection,
-    FstVarType, FstWriteError,
+    FstFileType, FstHeaderWriter, FstInfo, FstScopeType, FstSignalId, FstSignalType, FstVarDirection, FstVarType,
+    FstWriteError,
 };
 
 use super::layout::Declaration;
 use super::output::Destination;
 use super::recorder::{Format, Recorder};
+use super::section::Section;
 use super::{Layout, ScopeKind, VarKind};
 use crate::value::Word;
+use crate::value::word::word_mask;
 
 /// How many bytes of changes are kept before they are compressed.
 const SECTION: usize = 32 << 20;
+
+/// Where the beginning of a file has its last tick, and how many sections there are.
+const END: u64 = 17;
+const SECTIONS: u64 = 65;
+/// The type of a block with values.
+const VALUES: u8 = 8;
 
 /// The longest name that readers of the format make room for, in bytes.
 const LONGEST: usize = 511;
@@ -55,43 +63,47 @@ pub type FstWriter<D> = Recorder<Fst<D>>;
 
 /// The format of FST.
 pub struct Fst<D: Destination + Seek> {
-    state: State<D>,
-    /// The signals of the file by slot.
-    ids: Vec<FstSignalId>,
-    /// A value as text, for the crate.
-    text: Vec<u8>,
+    destination: D,
+    /// The signals of the file by slot: they are numbered as they are declared.
+    signals: Vec<u32>,
+    section: Section,
+    sections: u64,
+    /// The last time.
+    now: u64,
     /// There was no time but 0 yet.
     instant: bool,
-}
-
-enum State<D: Destination + Seek> {
-    New(D),
-    Body(Box<FstBodyWriter<BufWriter<D>>>),
-    /// It failed or is complete.
-    Done,
+    /// What comes now are the first values.
+    first: bool,
+    begun: bool,
 }
 
 impl<D: Destination + Seek> FstWriter<D> {
     /// A writer into this destination; nothing is written before [`Sink::begin`](super::Sink::begin).
     pub fn new(destination: D) -> FstWriter<D> {
-        Recorder::with(Fst { state: State::New(destination), ids: Vec::new(), text: Vec::new(), instant: true })
+        let section = Section::default();
+        let signals = Vec::new();
+        let (instant, first, begun) = (true, false, false);
+        Recorder::with(Fst { destination, signals, section, sections: 0, now: 0, instant, first, begun })
     }
 }
 
 impl<D: Destination + Seek> Fst<D> {
-    fn body(&mut self) -> io::Result<&mut FstBodyWriter<BufWriter<D>>> {
-        match &mut self.state {
-            State::Body(body) => Ok(body),
-            _ => Err(io::Error::other("written to after it was complete or had failed")),
-        }
+    fn flush(&mut self) -> io::Result<()> {
+        self.sections += 1;
+        self.destination.write_all(&self.section.finish())
     }
 
-    fn declare(
-        &mut self,
-        header: &mut FstHeaderWriter<BufWriter<D>>,
-        layout: &Layout,
-        slot_of: &[u32],
-    ) -> Result<(), FstWriteError> {
+    /// What the file says before its values, and the slots in the order in which it numbers them.
+    fn beginning(layout: &Layout, slot_of: &[u32]) -> Result<Beginning, FstWriteError> {
+        let info = FstInfo {
+            start_time: 0,
+            timescale_exponent: layout.timescale.exponent() as i8,
+            version: "discreta".to_owned(),
+            date: String::new(),
+            file_type: FstFileType::Verilog,
+        };
+        let mut header = FstHeaderWriter::new(Cursor::new(Vec::new()), &info)?;
+        let mut slots = Vec::new();
         let mut ids: Vec<Option<FstSignalId>> = vec![None; slot_of.iter().map(|&s| s as usize + 1).max().unwrap_or(0)];
         for declaration in layout.outline() {
             match declaration {
@@ -115,15 +127,27 @@ impl<D: Destination + Seek> Fst<D> {
                         width => format!("{} [{}:0]", var.name, width - 1),
                     };
                     let bits = FstSignalType::bit_vec(var.width);
+                    if ids[slot].is_none() {
+                        slots.push(slot);
+                    }
                     ids[slot] = Some(header.var(name, bits, kind, FstVarDirection::Implicit, ids[slot])?);
                 }
                 Declaration::Close => header.up_scope()?,
             }
         }
-        self.ids = ids.into_iter().flatten().collect();
-        Ok(())
+        let mut file = header.finish()?.finish()?.into_inner();
+        // a whole file ends with values, of which there are none yet
+        let mut at = 0;
+        while file.get(at).is_some_and(|&kind| kind != VALUES) {
+            let length = file[at + 1..].first_chunk().map_or(0, |length| u64::from_be_bytes(*length));
+            at += 1 + length as usize;
+        }
+        file.truncate(at);
+        Ok((file, slots))
     }
 }
+
+type Beginning = (Vec<u8>, Vec<usize>);
 
 /// The destination's own fault, if it is one.
 fn fault(error: FstWriteError) -> io::Error {
@@ -141,61 +165,70 @@ impl<D: Destination + Seek> Format for Fst<D> {
             let text = format!("FST holds names of up to {} bytes; `{start}…` is longer: write VCD", LONGEST - INDEX);
             return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
         }
-        let State::New(mut destination) = std::mem::replace(&mut self.state, State::Done) else {
+        if std::mem::replace(&mut self.begun, true) {
             return Err(io::Error::other("begun twice"));
-        };
-        destination.stream_position()?;
-        let info = FstInfo {
-            start_time: 0,
-            timescale_exponent: layout.timescale.exponent() as i8,
-            version: "discreta".to_owned(),
-            date: String::new(),
-            file_type: FstFileType::Verilog,
-        };
-        let mut header = FstHeaderWriter::new(BufWriter::new(destination), &info).map_err(fault)?;
-        self.declare(&mut header, layout, slot_of).map_err(fault)?;
-        self.state = State::Body(Box::new(header.finish().map_err(fault)?));
-        Ok(())
+        }
+        self.destination.stream_position()?;
+        let (beginning, slots) = Fst::<D>::beginning(layout, slot_of).map_err(fault)?;
+        let originals = layout.vars.iter().filter(|var| var.alias_of.is_none());
+        let widths: Vec<u32> = originals.map(|var| var.width).collect();
+        self.section = Section::new(slots.iter().map(|&slot| widths[slot]));
+        self.signals = vec![0; slots.len()];
+        slots.iter().zip(0..).for_each(|(&slot, signal)| self.signals[slot] = signal);
+        self.destination.write_all(&beginning)
     }
 
     fn first(&mut self, now: u64) -> io::Result<()> {
         self.instant = now == 0;
-        self.body()?.time_change(now).map_err(fault)
+        self.first = true;
+        self.now = now;
+        if !self.instant {
+            self.section.time(now);
+        }
+        Ok(())
+    }
+
+    fn first_done(&mut self) -> io::Result<()> {
+        self.first = false;
+        Ok(())
     }
 
     fn time(&mut self, now: u64) -> io::Result<()> {
         self.instant = false;
-        let body = self.body()?;
+        self.now = now;
         // a section ends between two times
-        if body.size() > SECTION {
-            body.flush().map_err(fault)?;
+        if self.section.size() > SECTION {
+            self.flush()?;
         }
-        body.time_change(now).map_err(fault)
+        self.section.time(now);
+        Ok(())
     }
 
+    #[inline]
     fn value(&mut self, slot: usize, width: u32, value: &[Word]) -> io::Result<()> {
-        let mut text = std::mem::take(&mut self.text);
-        text.clear();
-        text.extend((0..width as usize).rev().map(|bit| {
-            let (word, at) = (value[bit / 64], bit % 64);
-            b"01xz"[(word.v >> at & 1 | (word.u >> at & 1) << 1) as usize]
-        }));
-        let id = self.ids[slot];
-        let told = self.body()?.signal_change(id, &text).map_err(fault);
-        self.text = text;
-        told
+        let signal = self.signals[slot] as usize;
+        if !self.first {
+            self.section.change(signal, value);
+        } else if self.instant {
+            self.section.first(signal, value);
+        } else if !(0..value.len()).all(|i| value[i] == Word::x(word_mask(width, i))) {
+            self.section.change(signal, value);
+        }
+        Ok(())
     }
 
     fn finish(&mut self) -> io::Result<()> {
-        let State::Body(mut body) = std::mem::replace(&mut self.state, State::Done) else {
-            return Err(io::Error::other("complete already"));
-        };
         // a section without any time but 0 is one that readers stumble over
         if self.instant {
-            body.time_change(1).map_err(fault)?;
+            self.now = 1;
+            self.section.time(1);
         }
-        let buffered = body.finish().map_err(fault)?;
-        buffered.into_inner().map_err(io::IntoInnerError::into_error)?.complete()
+        self.flush()?;
+        for (at, number) in [(END, self.now), (SECTIONS, self.sections)] {
+            self.destination.seek(SeekFrom::Start(at))?;
+            self.destination.write_all(&number.to_be_bytes())?;
+        }
+        self.destination.complete()
     }
 }
 

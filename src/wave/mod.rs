@@ -6,6 +6,7 @@
 //! knows scopes, names, widths and times; it knows nothing of circuits, nets or engines.
 
 pub mod background;
+pub mod batch;
 pub mod diff;
 mod file;
 pub mod fst;
@@ -19,13 +20,17 @@ pub mod recorder;
 mod report;
 #[cfg(test)]
 mod samples;
+pub mod save;
+mod section;
 pub mod select;
+pub mod text;
 pub mod vcd;
 mod walk;
 
 use std::io;
 
 use crate::value::Word;
+pub use batch::{Batch, Batches};
 pub use file::{Kind, open};
 pub use layout::{Layout, LayoutError, ScopeDecl, ScopeKind, VarDecl, VarKind};
 
@@ -59,6 +64,11 @@ pub trait Sink {
     /// # Panics
     /// If there is no such variable, or no time yet.
     fn change(&mut self, var: usize, value: &[Word]);
+
+    /// What takes changes by the batch, for a sink that can.
+    fn batches(&mut self) -> Option<&mut dyn Batches> {
+        None
+    }
 
     /// Ends the waveform at tick `end`, and has the destination [complete](output::Destination::complete) it.
     ///

@@ -227,6 +227,13 @@ impl Waves {
         &self.times
     }
 
+    /// For each variable the first one that is a name for the same thing.
+    #[must_use]
+    pub fn originals(&self) -> Vec<usize> {
+        let mut first = HashMap::new();
+        self.vars.iter().enumerate().map(|(i, var)| *first.entry(var.signal).or_insert(i)).collect()
+    }
+
     /// Whether two variables, given by their indices, are names for one thing.
     ///
     /// # Panics

@@ -147,7 +147,7 @@ fn value(text: &str) -> String {
 }
 
 /// Four bits a digit; none if a digit would be neither known nor all x or z.
-fn hexadecimal(bits: &str) -> Option<String> {
+pub(super) fn hexadecimal(bits: &str) -> Option<String> {
     let bits = bits.as_bytes();
     let first = bits.len() % 4;
     let digits = std::iter::once(&bits[..first]).filter(|digit| !digit.is_empty()).chain(bits[first..].chunks(4));

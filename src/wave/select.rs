@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::{Layout, Sink};
+use super::{Batch, Batches, Layout, Sink};
 use crate::value::Word;
 use crate::value::word::{copy, words};
 
@@ -22,8 +22,25 @@ impl Sink for Tee<'_> {
         self.0.iter_mut().for_each(|s| s.change(var, value));
     }
 
+    fn batches(&mut self) -> Option<&mut dyn Batches> {
+        let all = self.0.iter_mut().all(|s| s.batches().is_some());
+        all.then_some(self)
+    }
+
     fn finish(&mut self, end: u64) -> io::Result<()> {
         self.0.iter_mut().try_for_each(|s| s.finish(end))
+    }
+}
+
+impl Batches for Tee<'_> {
+    fn batch(&mut self, batch: Batch) -> io::Result<Vec<u64>> {
+        let Some((last, rest)) = self.0.split_last_mut() else { return Ok(batch.words) };
+        let give = |sink: &mut &mut dyn Sink, batch| match sink.batches() {
+            Some(sink) => sink.batch(batch),
+            None => Err(io::Error::other("given a batch, which it does not take")),
+        };
+        rest.iter_mut().try_for_each(|sink| give(sink, batch.clone()).map(drop))?;
+        give(last, batch)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Writing VCD (IEEE 1364-2005, clause 18) while a run goes on.
 //!
-//! The `vcd` crate writes the header, the times and the commands; values are formatted here, eight bits at a time, into
-//! the same buffer. The bytes are the same everywhere: no date, no version number. A file cut off at the end of any line
+//! The `vcd` crate writes the header and the commands. Times and values, which are nearly all of a file, are formatted
+//! here, eight bits or two digits at a time: `cargo bench --bench wave` has both ways beside each other. The bytes are the same everywhere: no date, no version number. A file cut off at the end of any line
 //! after the header reads as the run up to there.
 
 use std::io;
@@ -43,7 +43,11 @@ pub type VcdWriter<D> = Recorder<Vcd<D>>;
 /// The format of VCD.
 pub struct Vcd<D> {
     destination: D,
+    /// What the crate writes.
     out: vcd::Writer<Vec<u8>>,
+    /// Text that the destination has not been given yet: `end` bytes, and room for more.
+    text: Vec<u8>,
+    end: usize,
     /// What stands behind the values of each slot.
     tails: Vec<Tail>,
 }
@@ -55,25 +59,46 @@ struct Tail {
     len: u8,
 }
 
-/// A space, an identifier of at most ten characters (64 bits to the base 94), the end of the line.
-const TAIL: usize = 12;
+/// A space, an identifier of at most ten characters (64 bits to the base 94), the end of the line; rounded up to what is
+/// copied at once.
+const TAIL: usize = 16;
+/// The sign of a time, the digits of the longest, the end of the line, and a digit too many.
+const STAMP: usize = 23;
 
 impl<D: Destination> VcdWriter<D> {
     /// A writer into this destination; nothing is written before [`Sink::begin`](super::Sink::begin).
     pub fn new(destination: D) -> VcdWriter<D> {
-        let out = vcd::Writer::new(Vec::with_capacity(CHUNK + CHUNK / 4));
-        Recorder::with(Vcd { destination, out, tails: Vec::new() })
+        let out = vcd::Writer::new(Vec::new());
+        Recorder::with(Vcd { destination, out, text: vec![0; CHUNK], end: 0, tails: Vec::new() })
     }
 }
 
 impl<D: Destination> Vcd<D> {
-    /// Hands the buffer on if there is enough in it. Only called at the end of a line.
-    fn drain(&mut self, at_least: usize) -> io::Result<()> {
-        let buffer = self.out.writer();
-        if buffer.len() >= at_least {
-            self.destination.write_all(buffer)?;
-            buffer.clear();
+    /// Hands on what there is. Only called at the end of a line.
+    fn drain(&mut self) -> io::Result<()> {
+        self.destination.write_all(&self.text[..self.end])?;
+        self.end = 0;
+        Ok(())
+    }
+
+    /// Room for some bytes of text.
+    #[inline(always)]
+    fn room(&mut self, bytes: usize) -> io::Result<&mut [u8]> {
+        if self.text.len() - self.end < bytes {
+            self.drain()?;
+            // one value may be wide
+            if self.text.len() < bytes {
+                self.text.resize(bytes, 0);
+            }
         }
+        Ok(&mut self.text[self.end..self.end + bytes])
+    }
+
+    /// Takes over what the crate has written.
+    fn take(&mut self) -> io::Result<()> {
+        let written = std::mem::take(self.out.writer());
+        self.room(written.len())?.copy_from_slice(&written);
+        self.end += written.len();
         Ok(())
     }
 
@@ -102,7 +127,7 @@ impl<D: Destination> Vcd<D> {
                 }
                 Declaration::Close => self.out.upscope()?,
             }
-            self.drain(CHUNK)?;
+            self.take()?;
         }
         self.out.enddefinitions()
     }
@@ -121,54 +146,81 @@ impl<D: Destination> Format for Vcd<D> {
             id = following(id);
         }
         self.declare(layout, slot_of, &ids)?;
-        self.drain(0)
+        self.take()?;
+        self.drain()
     }
 
     fn first(&mut self, now: u64) -> io::Result<()> {
         self.out.timestamp(now)?;
-        self.out.begin(SimulationCommand::Dumpvars)
+        self.out.begin(SimulationCommand::Dumpvars)?;
+        self.take()
     }
 
     fn first_done(&mut self) -> io::Result<()> {
-        self.out.end()
+        self.out.end()?;
+        self.take()
     }
 
+    #[inline]
     fn time(&mut self, now: u64) -> io::Result<()> {
-        self.out.timestamp(now)
+        let out = self.room(STAMP)?;
+        out[0] = b'#';
+        let digits = now.checked_ilog10().unwrap_or(0) as usize + 1;
+        let (mut rest, mut at) = (now, digits);
+        // two at a time from the back; one too many falls on the sign, which is put there again
+        while at > 0 {
+            let pair = TWO_DIGITS[(rest % 100) as usize];
+            rest /= 100;
+            out[at] = pair[1];
+            out[at - 1] = pair[0];
+            at = at.saturating_sub(2);
+        }
+        out[0] = b'#';
+        out[digits + 1] = b'\n';
+        self.end += digits + 2;
+        Ok(())
     }
 
     /// At full width: every reader takes that, and none has to extend it.
+    #[inline]
     fn value(&mut self, slot: usize, width: u32, words: &[Word]) -> io::Result<()> {
-        let tail = &self.tails[slot];
-        let out = self.out.writer();
+        let tail = self.tails[slot];
+        // the first bit comes first, so the last piece may be too long: what stands behind it is put over that
+        let pieces = width.div_ceil(8) as usize;
+        let out = self.room(8 * pieces.max(8) + 1 + TAIL)?;
+        let mut at = 1;
         if width == 1 {
-            out.push(ascii(words[0].v as u8 & 1, words[0].u as u8 & 1)[7]);
+            out[0] = text(words[0].v as u8 & 1, words[0].u as u8 & 1)[7];
         } else {
-            out.push(b'b');
-            let mut bytes = width.div_ceil(8);
-            // Pieces of a fixed size, shortened afterwards: a copy of unknown length costs more than it copies.
-            let (first, unused) = (out.len(), (bytes * 8 - width) as usize);
-            while bytes > 0 {
-                bytes -= 1;
-                let (word, shift) = (words[bytes as usize / 8], bytes % 8 * 8);
-                let mut text = ascii((word.v >> shift) as u8, (word.u >> shift) as u8);
-                if out.len() == first && unused > 0 {
-                    text.rotate_left(unused);
-                    out.extend_from_slice(&text);
-                    out.truncate(first + 8 - unused);
-                } else {
-                    out.extend_from_slice(&text);
+            out[0] = b'b';
+            let (chunks, _) = out[1..].as_chunks_mut::<8>();
+            if let (1..=64, [word, ..]) = (width, words) {
+                let (v, u) = (word.v << (64 - width), word.u << (64 - width));
+                // in steps that one can foresee, rather than as many as there are
+                let (v, u) = (v.to_be_bytes(), u.to_be_bytes());
+                let mut put = |range: std::ops::Range<usize>| range.for_each(|i| chunks[i] = text(v[i], u[i]));
+                put(0..2);
+                if pieces > 2 {
+                    put(2..4);
+                }
+                if pieces > 4 {
+                    put(4..8);
+                }
+            } else {
+                for (i, chunk) in chunks.iter_mut().take(pieces).enumerate() {
+                    let (v, u) = byte(words, width as usize - 8 * i);
+                    *chunk = text(v, u);
                 }
             }
+            at += width as usize;
         }
-        out.extend_from_slice(&tail.text);
-        out.truncate(out.len() - (TAIL - tail.len as usize));
-        // One value may be wide, and there may be many in one tick.
-        self.drain(CHUNK)
+        out[at..at + TAIL].copy_from_slice(&tail.text);
+        self.end += at + tail.len as usize;
+        Ok(())
     }
 
     fn finish(&mut self) -> io::Result<()> {
-        self.drain(0)?;
+        self.drain()?;
         self.destination.complete()
     }
 }
@@ -194,25 +246,51 @@ fn unit(unit: Unit) -> TimescaleUnit {
     }
 }
 
-/// Eight bits as text, the most significant first: in each byte of a word `0`, plus 1 for v, plus the distance to `x`
-/// for u, plus 1 more for both, which is `z`.
-fn ascii(v: u8, u: u8) -> [u8; 8] {
-    const ZEROS: u64 = u64::from_be_bytes([b'0'; 8]);
-    const TO_X: u64 = (b'x' - b'0') as u64;
-    let (v, u) = (SPREAD[v as usize], SPREAD[u as usize]);
-    (ZEROS + v + u * TO_X + (v & u)).to_be_bytes()
+/// The eight bits below bit `high` of a vector; below bit 0 there is nothing.
+fn byte(words: &[Word], high: usize) -> (u8, u8) {
+    if high < 8 {
+        return ((words[0].v << (8 - high)) as u8, (words[0].u << (8 - high)) as u8);
+    }
+    let (at, shift) = ((high - 8) / 64, (high - 8) % 64);
+    let next = words.get(at + 1).copied().unwrap_or_default();
+    let bits = |low: u64, high: u64| (low >> shift | (high << 1) << (63 - shift)) as u8;
+    (bits(words[at].v, next.v), bits(words[at].u, next.u))
 }
 
-/// Bit i of the index in byte i.
+/// Eight bits as text, the most significant first: in each byte of a word `0`, plus 1 for v, plus the distance to `x`
+/// for u, plus 1 more for both, which is `z`.
+#[inline(always)]
+fn text(v: u8, u: u8) -> [u8; 8] {
+    const ZEROS: u64 = u64::from_le_bytes([b'0'; 8]);
+    const TO_X: u64 = (b'x' - b'0') as u64;
+    let known = ZEROS + SPREAD[v as usize];
+    if u == 0 {
+        return known.to_le_bytes();
+    }
+    (known + SPREAD[u as usize] * TO_X + SPREAD[(v & u) as usize]).to_le_bytes()
+}
+
+/// Bit i of the index in byte 7 - i.
 const SPREAD: [u64; 256] = {
     let mut table = [0; 256];
     let mut n = 0;
     while n < 256 {
         let mut bit = 0;
         while bit < 8 {
-            table[n] |= (n as u64 >> bit & 1) << (bit * 8);
+            table[n] |= (n as u64 >> bit & 1) << ((7 - bit) * 8);
             bit += 1;
         }
+        n += 1;
+    }
+    table
+};
+
+/// The numbers below 100 in two digits.
+const TWO_DIGITS: [[u8; 2]; 100] = {
+    let mut table = [[b'0'; 2]; 100];
+    let mut n = 0;
+    while n < 100 {
+        table[n] = [b'0' + n as u8 / 10, b'0' + n as u8 % 10];
         n += 1;
     }
     table

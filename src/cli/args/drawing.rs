@@ -18,7 +18,7 @@ pub struct Point {
     pub z: Option<i64>,
 }
 
-fn point(text: &str) -> Result<Point, String> {
+pub(super) fn point(text: &str) -> Result<Point, String> {
     let numbers: Option<Vec<i64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
     match numbers.as_deref() {
         Some(&[x, y]) => Ok(Point { x, y, z: None }),
@@ -163,6 +163,14 @@ pub struct PlotArgs {
     #[arg(short, long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
     pub output: PathBuf,
 
+    /// The nets of the path in a waveform.
+    #[command(flatten)]
+    pub coordinates: CoordinateArgs,
+}
+
+/// Where the path stands in a waveform.
+#[derive(Args, Debug, Clone, Default)]
+pub struct CoordinateArgs {
     /// The net of the x coordinate in a waveform; xt by default
     #[arg(long, value_name = "NET")]
     pub x: Option<String>,

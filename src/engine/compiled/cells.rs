@@ -338,10 +338,20 @@ fn divide(g: &mut Graph, op: DivideOp, width: u32, signed: bool, a: Two, b: Two)
     g.unless(unknown, result, m)
 }
 
+/// Lines of a select up to which it is looked for whether two can be active.
+const PLAIN: usize = 64;
+
 fn one_hot(g: &mut Graph, width: u32, inputs: u32, ins: &[Bits]) -> Bits {
+    let lines: Vec<Id> = (0..inputs)
+        .map(|k| {
+            let s = slice(g, &ins[2], k, 1)[0];
+            g.is_one(s)
+        })
+        .collect();
     let mut several = g.any_unknown(&ins[2]);
     let (mut before, one) = (g.constant(0), g.constant(1));
-    for &line in ins[2].iter().take(words(inputs)) {
+    let plain = inputs as usize <= PLAIN && g.exclusive(&lines);
+    for &line in ins[2].iter().take(words(inputs)).filter(|_| !plain) {
         // more than one line of this word, or one here and one before
         let s = g.ones(line);
         let less = g.sub(s, one);
@@ -354,8 +364,7 @@ fn one_hot(g: &mut Graph, width: u32, inputs: u32, ins: &[Bits]) -> Bits {
     }
     let mut y = ins[0].clone();
     for k in 0..inputs {
-        let (part, s) = (slice(g, &ins[1], k * width, width), slice(g, &ins[2], k, 1)[0]);
-        let s = g.is_one(s);
+        let (part, s) = (slice(g, &ins[1], k * width, width), lines[k as usize]);
         for (y, part) in y.iter_mut().zip(part) {
             *y = g.pick4(s, part, *y);
         }

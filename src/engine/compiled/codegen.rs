@@ -10,9 +10,11 @@ use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{Linkage, Module, default_libcall_names};
 
+use super::changes;
 use super::fuse::Tick;
 use super::graph::{Graph, Id, Map, Op};
 use super::machine::{Circle, Machine};
+use super::memory::Put;
 use super::plan::{Chunk, Half, Plan};
 
 /// Where the generated code finds what it shares with the engine, in halves of slots.
@@ -24,6 +26,8 @@ pub(super) struct Shared {
     pub changed: Half,
     /// A bit for each settling chunk, from a new half on one for each other chunk.
     pub dirty: Half,
+    /// Where ticks write down what has changed: see `changes`.
+    pub log: Half,
 }
 
 /// The half and the bit that wake a chunk.
@@ -152,6 +156,7 @@ pub(super) fn compile_circle(ticks: &[&Tick], shared: Shared) -> Result<Circle, 
         };
         let aborts = emit.nodes(&tick.chunk);
         leave(&mut emit, aborts, number - 1);
+        changes::emit(&mut emit, &tick.record, shared.log);
         let news = emit.stores(0, &tick.chunk, shared);
         leave(&mut emit, news, number);
     }
@@ -170,17 +175,17 @@ pub(super) fn compile_circle(ticks: &[&Tick], shared: Shared) -> Result<Circle, 
     Ok(Circle::new(module, function, ticks.len() as u64))
 }
 
-struct Emit<'a, 'b> {
+pub(super) struct Emit<'a, 'b> {
     graph: &'a Graph,
     plan: &'a Plan,
-    builder: &'a mut FunctionBuilder<'b>,
-    base: Value,
+    pub builder: &'a mut FunctionBuilder<'b>,
+    pub base: Value,
     values: Map<Id, Value>,
     /// Comparisons as the machine gives them.
     flags: Map<Id, Value>,
 }
 
-fn trusted() -> MemFlags {
+pub(super) fn trusted() -> MemFlags {
     MemFlags::trusted()
 }
 
@@ -199,6 +204,12 @@ impl Emit<'_, '_> {
     fn stores(&mut self, number: u32, chunk: &Chunk, shared: Shared) -> Option<Value> {
         // all that is read is read before anything is stored
         let values: Vec<Value> = chunk.stores.iter().map(|s| self.value(s.node)).collect();
+        for put in &chunk.puts {
+            for node in [put.index, put.mask, put.v, put.u] {
+                self.value(node);
+            }
+        }
+        chunk.puts.iter().for_each(|put| self.put(put));
         let mut alarm: Option<Value> = None;
         let mut dirty: Map<u32, Value> = Map::default();
         let mut changed: Map<u32, Value> = Map::default();
@@ -259,7 +270,7 @@ impl Emit<'_, '_> {
     }
 
     /// A node's value, brought from memory if another chunk computes it.
-    fn value(&mut self, id: Id) -> Value {
+    pub fn value(&mut self, id: Id) -> Value {
         if let Some(&value) = self.values.get(&id) {
             return value;
         }
@@ -324,14 +335,62 @@ impl Emit<'_, '_> {
                 };
                 self.builder.ins().select(s, a, b)
             }
-            Op::Element { slot, index, plane, .. } => {
-                let index = self.value(index);
-                let bytes = self.builder.ins().ishl_imm(index, 4);
-                let at = self.builder.ins().iadd(self.base, bytes);
-                self.builder.ins().load(types::I64, trusted(), at, offset(2 * slot + u32::from(plane)))
+            Op::Element { slot, index, size, plane } => {
+                let at = self.element(index, size);
+                self.load_element(at, size, offset(2 * slot + u32::from(plane)))
             }
         };
         self.values.insert(id, value);
+    }
+
+    /// Where an element lies after the beginning of its array.
+    fn element(&mut self, index: Id, size: u8) -> Value {
+        let index = self.value(index);
+        if size == 3 {
+            let bytes = self.builder.ins().ishl_imm(index, 4);
+            return self.builder.ins().iadd(self.base, bytes);
+        }
+        // between 8 bytes of a plane there are 8 of the other
+        let bytes = self.builder.ins().ishl_imm(index, i64::from(size));
+        let whole = self.builder.ins().band_imm(bytes, !7);
+        let bytes = self.builder.ins().iadd(bytes, whole);
+        self.builder.ins().iadd(self.base, bytes)
+    }
+
+    fn load_element(&mut self, at: Value, size: u8, offset: i32) -> Value {
+        match size {
+            0 => self.builder.ins().uload8(types::I64, trusted(), at, offset),
+            1 => self.builder.ins().uload16(types::I64, trusted(), at, offset),
+            2 => self.builder.ins().uload32(trusted(), at, offset),
+            _ => self.builder.ins().load(types::I64, trusted(), at, offset),
+        }
+    }
+
+    /// Writes to a memory, where there is anything to write.
+    fn put(&mut self, put: &Put) {
+        let [mask, v, u] = [put.mask, put.v, put.u].map(|node| self.value(node));
+        // the same in both blocks: nothing that the first has may be used in the second
+        let at = self.element(put.index, put.size);
+        let (write, on) = (self.builder.create_block(), self.builder.create_block());
+        self.builder.ins().brif(mask, write, &[], on, &[]);
+        self.builder.seal_block(write);
+        self.builder.switch_to_block(write);
+        for (plane, new) in [(0, v), (1, u)] {
+            let offset = offset(2 * put.slot + plane);
+            let old = self.load_element(at, put.size, offset);
+            let kept = self.builder.ins().band_not(old, mask);
+            let new = self.builder.ins().band(new, mask);
+            let new = self.builder.ins().bor(kept, new);
+            match put.size {
+                0 => self.builder.ins().istore8(trusted(), new, at, offset),
+                1 => self.builder.ins().istore16(trusted(), new, at, offset),
+                2 => self.builder.ins().istore32(trusted(), new, at, offset),
+                _ => self.builder.ins().store(trusted(), new, at, offset),
+            };
+        }
+        self.builder.ins().jump(on, &[]);
+        self.builder.seal_block(on);
+        self.builder.switch_to_block(on);
     }
 
     fn two(
@@ -346,6 +405,6 @@ impl Emit<'_, '_> {
 }
 
 /// Where half a slot lies, in bytes.
-fn offset(half: Half) -> i32 {
+pub(super) fn offset(half: Half) -> i32 {
     i32::try_from(u64::from(half) * 8).expect("memory is smaller than that: the engine sees to it")
 }

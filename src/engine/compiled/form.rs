@@ -1,12 +1,14 @@
 //! Forms of a circuit in machine code: the four-valued one, and those for which some or all of the state is known.
 
+use super::changes;
 use super::codegen::{self, Shared, dirty_bit};
 use super::fuse::{Source, Tick, fuse};
 use super::graph::Map;
 use super::lower::{Level, Lowered, lower};
 use super::machine::{Circle, Machine};
-use super::plan::{Half, Root, plan};
+use super::plan::{Half, Plan, Root, plan};
 use super::wiring::{StatePlaces, Wiring};
+use crate::engine::Field;
 use crate::netlist::{NetId, Netlist};
 
 /// How many nodes go into a chunk.
@@ -21,6 +23,8 @@ pub(super) struct Wanted<'w> {
     pub shared: Shared,
     /// Nodes in a chunk, at most.
     pub chunk: usize,
+    /// How many shapes of records there are.
+    pub shapes: usize,
 }
 
 /// A net whose value is kept in memory.
@@ -29,6 +33,9 @@ pub(super) struct Kept {
     pub net: NetId,
     /// The bit that tells of a change, if it is observed.
     pub observed: Option<u32>,
+    /// Whether a change is listed, and whether it is written down.
+    pub stops: bool,
+    pub traced: bool,
     /// Whether it is kept in any form, not only where it is a control that may be unknown.
     pub always: bool,
 }
@@ -38,6 +45,10 @@ pub(super) struct Kept {
 pub(super) struct Ticks {
     pub single: [Circle; 2],
     pub circle: Circle,
+    /// The most that they write down, in words.
+    pub longest: usize,
+    /// The fields of their records, until they are given to the log.
+    pub shapes: Vec<Box<[Field]>>,
 }
 
 /// One form.
@@ -50,6 +61,8 @@ pub(super) struct Form {
     /// For each slot of state where in `wakes` the dirty words and bits begin that a change sets.
     wakes_start: Vec<u32>,
     wakes: Vec<(u32, u64)>,
+    /// The same for the contents of each memory.
+    pub memory_wakes: Vec<Vec<(u32, u64)>>,
     first_leaf: u32,
     /// What is constant: where it belongs, its value, the bit that tells of a change.
     pub constants: Vec<(Half, u64, Option<u32>)>,
@@ -108,16 +121,10 @@ impl Form {
         let machine = codegen::compile(graph, &plan, Shared { dirty, ..w.shared })?;
         let (mut wakes_start, mut wakes) = (vec![0], Vec::new());
         for slot in w.wiring.leaves.clone() {
-            let first = wakes.len();
-            for &chunk in plan.readers.get(&slot).map_or(&[][..], Vec::as_slice) {
-                let (word, bit) = dirty_bit(plan.settling, chunk);
-                match wakes[first..].iter_mut().find(|l: &&mut (u32, u64)| l.0 == word) {
-                    Some(found) => found.1 |= bit,
-                    None => wakes.push((word, bit)),
-                }
-            }
+            wakes.extend(woken(&plan, slot));
             wakes_start.push(wakes.len() as u32);
         }
+        let memory_wakes = w.wiring.memories.iter().map(|m| woken(&plan, m.contents)).collect();
         let first_leaf = w.wiring.leaves.start;
         let constants = plan.constants.iter().map(|(root, n)| (root.half, *n, root.observed)).collect();
         let fixed = plan.constants.iter().filter(|(root, _)| w.wiring.leaves.contains(&(root.half / 2)));
@@ -129,6 +136,7 @@ impl Form {
             dirty,
             wakes_start,
             wakes,
+            memory_wakes,
             first_leaf,
             constants,
             fixed,
@@ -155,23 +163,33 @@ impl Form {
     }
 
     /// The ticks of an input, in machine code; made when they are first asked for.
-    pub fn ticks(&mut self, w: &Wanted<'_>, input: u32) -> Option<&Ticks> {
+    pub fn ticks(&mut self, netlist: &Netlist, w: &Wanted<'_>, input: u32) -> Option<&mut Ticks> {
         if !self.ticks.contains_key(&input) {
-            let made = self.make_ticks(w, input);
+            let made = self.make_ticks(netlist, w, input);
             self.ticks.insert(input, made);
         }
-        self.ticks[&input].as_ref()
+        self.ticks.get_mut(&input)?.as_mut()
     }
 
-    fn make_ticks(&self, w: &Wanted<'_>, input: u32) -> Option<Ticks> {
+    fn make_ticks(&self, netlist: &Netlist, w: &Wanted<'_>, input: u32) -> Option<Ticks> {
         let lowered = self.lowered.as_ref()?;
-        let kept: Vec<(NetId, Option<u32>)> =
-            w.kept.iter().filter(|k| self.keeps[k.net.index()]).map(|k| (k.net, k.observed)).collect();
+        let kept: Vec<Kept> = w.kept.iter().copied().filter(|k| self.keeps[k.net.index()]).collect();
         let allows = |slot| self.allows(slot);
-        let tick = |level| fuse(&Source { lowered, wiring: w.wiring, kept: &kept, allows: &allows, input, level });
-        let (up, down) = (tick(true)?, tick(false)?);
+        let tick =
+            |level| fuse(&Source { netlist, lowered, wiring: w.wiring, kept: &kept, allows: &allows, input, level });
+        let (mut up, mut down) = (tick(true)?, tick(false)?);
+        let mut shapes = Vec::new();
+        for tick in [&mut up, &mut down] {
+            tick.record.shape = w.shapes + shapes.len();
+            shapes.push(tick.record.fields());
+        }
+        let longest = up.record.longest() + down.record.longest();
+        if longest > changes::ROOM {
+            return None;
+        }
         let make = |ticks: &[&Tick]| codegen::compile_circle(ticks, w.shared).ok();
-        Some(Ticks { single: [make(&[&down])?, make(&[&up])?], circle: make(&[&up, &down])? })
+        let (single, circle) = ([make(&[&down])?, make(&[&up])?], make(&[&up, &down])?);
+        Some(Ticks { single, circle, longest, shapes })
     }
 
     /// Does without the ticks of an input.
@@ -187,6 +205,19 @@ impl Form {
 
 pub(super) const DEFAULT_CHUNK: usize = CHUNK;
 
+/// The dirty words and bits that a change of a slot sets.
+fn woken(plan: &Plan, slot: u32) -> Vec<(u32, u64)> {
+    let mut wakes: Vec<(u32, u64)> = Vec::new();
+    for &chunk in plan.readers.get(&slot).map_or(&[][..], Vec::as_slice) {
+        let (word, bit) = dirty_bit(plan.settling, chunk);
+        match wakes.iter_mut().find(|l| l.0 == word) {
+            Some(found) => found.1 |= bit,
+            None => wakes.push((word, bit)),
+        }
+    }
+    wakes
+}
+
 /// What is wanted in memory once settled, and before an edge.
 fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(u32) -> bool, keeps: &[bool]) -> (Vec<Root>, Vec<Root>) {
     let (mut settling, mut sampled) = (Vec::new(), Vec::new());
@@ -195,11 +226,10 @@ fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(u32) -> bool, keeps: &[bool])
         observed[k.net.index()] = k.observed;
     }
     let mut is_level = vec![false; l.nets.len()];
-    for (number, Level { net, value, group, .. }) in l.levels.iter().enumerate() {
-        is_level[net.index()] = true;
-        let slot = w.wiring.slot[net.index()].expect("state has a place");
+    for (number, Level { slot, net, value, group, .. }) in l.levels.iter().enumerate() {
+        net.iter().for_each(|net| is_level[net.index()] = true);
         for (i, two) in (0..).zip(value) {
-            let (slot, observed) = (slot + i, observed[net.index()]);
+            let (slot, observed) = (slot + i, net.and_then(|net| observed[net.index()]));
             let root = Root {
                 node: two.v,
                 half: 2 * slot,
@@ -238,7 +268,7 @@ fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(u32) -> bool, keeps: &[bool])
         }
     }
     for (next, stored) in l.next.iter().zip(&w.wiring.stored) {
-        debug_assert_eq!((next.cell, next.value.len()), (stored.cell, stored.words as usize));
+        debug_assert_eq!((next.cell, next.value.len()), (stored.cell, stored.sampled as usize));
         for (i, two) in (0..).zip(&next.value) {
             let root = Root {
                 node: two.v,

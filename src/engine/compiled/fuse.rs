@@ -6,12 +6,16 @@
 //! come to an end by the wiring alone. Where state that is taken to be known would become unknown, or a loop does not
 //! settle, the tick is left before it stores anything.
 
-use super::four::Two;
+use super::changes::{Record, Traced};
+use super::form::Kept;
+use super::four::{Bits, Two};
 use super::graph::{Graph, Id, Map, Op};
 use super::lower::Lowered;
+use super::memory::{self, Controls, Element, Put, Read, Written};
 use super::plan::{Chunk, Store};
-use super::wiring::{Bit, Wiring};
-use crate::netlist::NetId;
+use super::wiring::{Bit, Part, Wiring};
+use crate::cell::CellKind;
+use crate::netlist::Netlist;
 
 /// Rounds of edges that are followed.
 const ROUNDS: usize = 8;
@@ -24,14 +28,17 @@ const NONE: Id = Id::MAX;
 pub(super) struct Tick {
     pub graph: Graph,
     pub chunk: Chunk,
+    /// What it writes down.
+    pub record: Record,
 }
 
 /// What a tick is made from.
 pub(super) struct Source<'s> {
+    pub netlist: &'s Netlist,
     pub lowered: &'s Lowered,
     pub wiring: &'s Wiring,
-    /// The nets that are kept, with the bits of those that are observed.
-    pub kept: &'s [(NetId, Option<u32>)],
+    /// The nets that are kept.
+    pub kept: &'s [Kept],
     /// Whether a slot of state may be unknown in the form.
     pub allows: &'s dyn Fn(u32) -> bool,
     /// The slot of the input, and what it becomes.
@@ -44,6 +51,8 @@ struct Fuse<'s> {
     out: Graph,
     /// State that is not what memory has: its settled value.
     state: Map<u32, Two>,
+    /// What has been written into memories.
+    puts: Vec<Put>,
     /// For each node of the form its node here, in the present round.
     memo: Vec<Id>,
     /// Nodes that may have changed in the present round.
@@ -59,11 +68,18 @@ pub(super) fn fuse(source: &Source<'_>) -> Option<Tick> {
         s: source,
         out: Graph::default(),
         state: Map::default(),
+        puts: Vec::new(),
         memo: vec![NONE; n],
         affected: vec![false; n],
         aborts: Vec::new(),
     };
     f.run()
+}
+
+/// Half an element of contents after what has been written.
+fn fetch_after(g: &mut Graph, puts: &[Put], e: Element, index: Id) -> Id {
+    let before = memory::fetch(g, e, index);
+    puts.iter().fold(before, |before, put| memory::after(g, put, e, index, before))
 }
 
 impl Fuse<'_> {
@@ -117,11 +133,15 @@ impl Fuse<'_> {
             takes.sort_unstable();
             changed.clear();
             let mut taken = Vec::new();
+            let written = self.written(&takes);
             for (store, when) in takes {
                 let stored = wiring.stored[store as usize];
-                let next = &lowered.next[store as usize];
-                for (slot, two) in (stored.slot..).zip(&next.value) {
-                    let new = Two { v: self.map(two.v), u: self.map(two.u) };
+                let next = match stored.part {
+                    Part::Whole => self.map_all(&lowered.next[store as usize].value),
+                    Part::Read(port) => self.port_reads(store, port, &written),
+                    Part::Write(_) => continue,
+                };
+                for (slot, new) in (stored.slot..).zip(next) {
                     let old = self.held(slot);
                     let new = Two { v: self.out.select(when, new.v, old.v), u: self.out.select(when, new.u, old.u) };
                     let new = self.known(slot, new);
@@ -130,15 +150,81 @@ impl Fuse<'_> {
                     }
                 }
             }
-            if taken.is_empty() {
+            let puts = self.port_writes(&written);
+            if taken.is_empty() && puts.is_empty() {
                 return self.finish(&ever);
             }
             for (slot, new) in taken {
                 self.state.insert(slot, new);
                 changed.push(slot);
             }
+            for put in puts {
+                changed.push(put.slot);
+                self.puts.push(put);
+            }
         }
         None
+    }
+
+    fn map_all(&mut self, list: &[Two]) -> Bits {
+        list.iter().map(|two| Two { v: self.map(two.v), u: self.map(two.u) }).collect()
+    }
+
+    /// What the write ports among those that take something write, with the numbers of their memories.
+    fn written(&mut self, takes: &[(u32, Id)]) -> Vec<(usize, Written)> {
+        let Source { lowered, wiring, .. } = *self.s;
+        let mut list = Vec::new();
+        for &(store, when) in takes {
+            let stored = wiring.stored[store as usize];
+            let Part::Write(port) = stored.part else { continue };
+            let mut words = self.map_all(&lowered.next[store as usize].value);
+            let enable = words.split_off(words.len() / 2 + 1);
+            let data = words.split_off(1);
+            list.push((
+                wiring.memory_of[&stored.cell],
+                Written { port: port as usize, when, address: words[0], data, enable },
+            ));
+        }
+        list
+    }
+
+    /// What a read port has after its edge.
+    fn port_reads(&mut self, store: u32, port: u32, written: &[(usize, Written)]) -> Bits {
+        let Source { lowered, wiring, netlist, .. } = *self.s;
+        let stored = wiring.stored[store as usize];
+        let CellKind::Memory(memory) = &netlist.cell(stored.cell).kind else {
+            unreachable!("only memories have ports")
+        };
+        let place = wiring.memory_of[&stored.cell];
+        let words = self.map_all(&lowered.next[store as usize].value);
+        let controls = Controls { en: words[0], arst: words[1], srst: words[2], address: words[3] };
+        let held: Bits = (stored.slot..stored.slot + stored.words).map(|slot| self.held(slot)).collect();
+        let written: Vec<Written> = written.iter().filter(|w| w.0 == place).map(|w| w.1.clone()).collect();
+        let puts = &self.puts;
+        let read = Read { memory, contents: wiring.memories[place].contents, port: port as usize };
+        memory::clocked(&mut self.out, &read, &controls, &written, &held, &mut |g, e, index| {
+            fetch_after(g, puts, e, index)
+        })
+    }
+
+    /// What is written into memories, writes to the same place at once.
+    fn port_writes(&mut self, written: &[(usize, Written)]) -> Vec<Put> {
+        let Source { wiring, netlist, .. } = *self.s;
+        let mut all: Vec<Put> = Vec::new();
+        for (place, w) in written {
+            let place = &wiring.memories[*place];
+            let CellKind::Memory(memory) = &netlist.cell(place.cell).kind else { unreachable!("it is a memory") };
+            for put in memory::write(&mut self.out, memory, place.contents, w) {
+                if self.out.is(put.mask, 0) {
+                    continue;
+                }
+                match all.last().and_then(|last| memory::join(&mut self.out, last, &put)) {
+                    Some(joined) => *all.last_mut().expect("it was joined to the last") = joined,
+                    None => all.push(put),
+                }
+            }
+        }
+        all
     }
 
     fn constant(&mut self, bit: bool) -> Two {
@@ -228,11 +314,14 @@ impl Fuse<'_> {
         let graph = &self.s.lowered.graph;
         let first = self.s.wiring.leaves.start;
         let mut is_changed = vec![false; self.s.wiring.leaves.len()];
-        changed.iter().for_each(|&slot| is_changed[(slot - first) as usize] = true);
+        let (state, contents): (Vec<u32>, Vec<u32>) =
+            changed.iter().partition(|slot| self.s.wiring.leaves.contains(slot));
+        state.iter().for_each(|&slot| is_changed[(slot - first) as usize] = true);
         for node in 0..graph.len() as Id {
             let is = match graph.op(node) {
                 Op::Const(_) => false,
                 Op::Load(half) => is_changed[(half / 2 - first) as usize],
+                Op::Element { slot, index, .. } => contents.contains(&slot) || self.affected[index as usize],
                 op => op.operands().any(|o| self.affected[o as usize]),
             };
             self.affected[node as usize] = is;
@@ -249,8 +338,7 @@ impl Fuse<'_> {
             if level.needs.iter().any(|&n| self.affected[n as usize]) {
                 continue;
             }
-            let slot = self.s.wiring.slot[level.net.index()].expect("state has a place");
-            for (slot, two) in (slot..).zip(&level.value) {
+            for (slot, two) in (level.slot..).zip(&level.value) {
                 let held = self.held(slot);
                 for (node, value) in [(two.v, held.v), (two.u, held.u)] {
                     if !self.s.lowered.graph.op(node).is_leaf() {
@@ -265,7 +353,7 @@ impl Fuse<'_> {
     fn settle(&mut self, ever: &[bool]) {
         self.keep_levels();
         // what is kept and has not changed need not be computed
-        for &(net, _) in self.s.kept {
+        for &Kept { net, .. } in self.s.kept {
             let slot = self.s.wiring.slot[net.index()].expect("what is kept has a place");
             if self.s.wiring.leaves.contains(&slot) {
                 continue;
@@ -283,8 +371,7 @@ impl Fuse<'_> {
             if !level.needs.iter().any(|&n| self.affected[n as usize]) {
                 continue;
             }
-            let slot = self.s.wiring.slot[level.net.index()].expect("state has a place");
-            for (slot, two) in (slot..).zip(&level.value) {
+            for (slot, two) in (level.slot..).zip(&level.value) {
                 let new = Two { v: self.map(two.v), u: self.map(two.u) };
                 let new = self.known(slot, new);
                 self.state.insert(slot, new);
@@ -314,6 +401,10 @@ impl Fuse<'_> {
             stack.pop();
             let made = match op {
                 Op::Load(half) => self.half(half, graph.may(at)),
+                Op::Element { slot, index, size, plane } => {
+                    let e = Element { slot, size, plane, may: graph.may(at) };
+                    fetch_after(&mut self.out, &self.puts, e, self.memo[index as usize])
+                }
                 op => {
                     let memo = &self.memo;
                     self.out.rebuild(op, graph.may(at), |o| memo[o as usize])
@@ -338,10 +429,19 @@ impl Fuse<'_> {
             wakes: Vec::new(),
             again: false,
         };
-        for &(net, bit) in kept {
+        let mut traced: Vec<Traced> = Vec::new();
+        for k in kept {
+            let (net, bit) = (k.net, k.observed.filter(|_| k.stops));
             let slot = wiring.slot[net.index()].expect("what is kept has a place");
             let values = &lowered.nets[net.index()];
-            if wiring.leaves.contains(&slot) {
+            let is_leaf = wiring.leaves.contains(&slot);
+            if k.traced {
+                traced.extend((0..).zip(values).map(|(word, two)| {
+                    let known = if is_leaf { !(self.s.allows)(slot + word) } else { lowered.graph.is(two.u, 0) };
+                    Traced { net, word, slot: slot + word, known, bit: wiring.widths[net.index()] == 1 }
+                }));
+            }
+            if is_leaf {
                 if let Some(bit) = bit {
                     (0..values.len() as u32).for_each(|i| _ = observed.insert(slot + i, bit));
                 }
@@ -368,10 +468,13 @@ impl Fuse<'_> {
                 stores.push(store(two.u, 2 * slot + 1, bit));
             }
         }
+        let record = Record::new(traced, &stores, input, self.s.level);
         // the nodes that this needs, in order
         let mut needed = vec![false; self.out.len()];
         stores.iter().for_each(|s| needed[s.node as usize] = true);
         self.aborts.iter().for_each(|&a| needed[a as usize] = true);
+        let puts = std::mem::take(&mut self.puts);
+        puts.iter().flat_map(|p| [p.index, p.mask, p.v, p.u]).for_each(|n| needed[n as usize] = true);
         for node in (0..self.out.len() as Id).rev() {
             if needed[node as usize] {
                 self.out.op(node).operands().for_each(|o| needed[o as usize] = true);
@@ -379,7 +482,7 @@ impl Fuse<'_> {
         }
         let nodes: Vec<Id> =
             (0..self.out.len() as Id).filter(|&n| needed[n as usize] && !self.out.op(n).is_leaf()).collect();
-        let chunk = Chunk { nodes, stores, group: None, aborts: std::mem::take(&mut self.aborts) };
-        (chunk.nodes.len() <= LIMIT).then(|| Tick { graph: std::mem::take(&mut self.out), chunk })
+        let chunk = Chunk { nodes, stores, group: None, aborts: std::mem::take(&mut self.aborts), puts };
+        (chunk.nodes.len() <= LIMIT).then(|| Tick { graph: std::mem::take(&mut self.out), chunk, record })
     }
 }

@@ -41,13 +41,13 @@ pub(super) enum Op {
     Rem(Id, Id),
     /// The number of ones.
     Count(Id),
-    /// Plane 0 or 1 of the machine word of state that lies `index` slots after `slot`; `index` is below `size`, which
-    /// whoever makes this sees to. `version` tells apart what is read before a write and after it.
+    /// Plane 0 or 1 of an element of an array that begins at `slot`: of 2^`size` bytes, 8 of which lie in a slot.
+    /// Whoever makes this sees to it that there is one of number `index`.
     Element {
         slot: u32,
         index: Id,
+        size: u8,
         plane: u8,
-        version: u32,
     },
 }
 
@@ -139,8 +139,8 @@ impl Graph {
         self.push(Op::Load(half), may)
     }
 
-    pub fn element(&mut self, slot: u32, index: Id, plane: u8, version: u32, may: u64) -> Id {
-        self.push(Op::Element { slot, index, plane, version }, may)
+    pub fn element(&mut self, slot: u32, index: Id, size: u8, plane: u8, may: u64) -> Id {
+        self.push(Op::Element { slot, index, size, plane }, may)
     }
 
     /// Operands in order: constants last, so that equal operations look equal.
@@ -188,6 +188,12 @@ impl Graph {
             }
         }
         match (self.op(a), self.op(b)) {
+            (Op::Select(s, x, y), Op::Select(t, p, q))
+                if s == t && [x, y, p, q].iter().all(|&o| self.value(o).is_some()) =>
+            {
+                let (x, y) = (self.and(x, p), self.and(y, q));
+                self.select(s, x, y)
+            }
             (_, Op::Xor(x, c)) if self.value(c).is_some_and(|c| c & self.may(a) == self.may(a)) => {
                 // a & !x
                 self.and_not(a, x)
@@ -384,8 +390,20 @@ impl Graph {
     }
 
     /// `width` bits from bit `lo` up.
-    pub fn bits(&mut self, a: Id, lo: u32, width: u32) -> Id {
-        let m = self.constant(crate::value::word::mask(width));
+    pub fn bits(&mut self, mut a: Id, mut lo: u32, width: u32) -> Id {
+        let m = crate::value::word::mask(width);
+        // from what they were put together of
+        loop {
+            (a, lo) = match self.op(a) {
+                Op::Or(x, y) if lo < 64 && self.may(x) >> lo & m == 0 => (y, lo),
+                Op::Or(x, y) if lo < 64 && self.may(y) >> lo & m == 0 => (x, lo),
+                Op::Shl(x, k) if lo >= u32::from(k) => (x, lo - u32::from(k)),
+                Op::Shr(x, k) if lo + u32::from(k) < 64 => (x, lo + u32::from(k)),
+                Op::And(x, c) if lo < 64 && self.value(c).is_some_and(|c| c >> lo & m == m) => (x, lo),
+                _ => break,
+            };
+        }
+        let m = self.constant(m);
         let a = self.shr(a, lo);
         self.and(a, m)
     }
@@ -432,6 +450,10 @@ impl Graph {
                 }
                 Op::Xor(x, y) if n == 0 => return self.eq(x, y),
                 Op::Sub(x, y) if n == 0 => return self.eq(x, y),
+                Op::Select(s, x, y) if self.value(x).is_some() || self.value(y).is_some() => {
+                    let (x, y) = (self.eq(x, b), self.eq(y, b));
+                    return self.select(s, x, y);
+                }
                 Op::Shl(x, k) if self.may(x) << k >> k == self.may(x) => {
                     // n has no bit below: it is among those that may be 1
                     let c = self.constant(n >> k);
@@ -519,6 +541,77 @@ impl Graph {
         self.push(Op::Select(s, a, b), may)
     }
 
+    /// A node of 0 or 1 that is 1 wherever `a` is not 0, if one is at hand.
+    pub fn condition(&self, a: Id) -> Option<Id> {
+        match self.op(a) {
+            _ if self.may(a) == 1 => Some(a),
+            Op::Select(s, _, none) if self.is(none, 0) => Some(s),
+            Op::Shl(x, _) | Op::Shr(x, _) | Op::ShlBy(x, _) | Op::ShrBy(x, _) => self.condition(x),
+            Op::And(x, y) => self.condition(x).or_else(|| self.condition(y)),
+            _ => None,
+        }
+    }
+
+    /// What is 1 and what is 0 wherever `when`, a node of 0 or 1, is 1.
+    fn facts(&self, when: Id) -> Map<Id, bool> {
+        let (mut facts, mut stack): (Map<Id, bool>, Vec<(Id, bool)>) = (Map::default(), vec![(when, true)]);
+        while let Some((node, holds)) = stack.pop() {
+            if self.may(node) != 1 || facts.insert(node, holds) == Some(holds) {
+                continue;
+            }
+            match self.op(node) {
+                Op::And(x, y) if holds => stack.extend([(x, true), (y, true)]),
+                Op::AndNot(x, y) if holds => stack.extend([(x, true), (y, false)]),
+                Op::Or(x, y) if !holds => stack.extend([(x, false), (y, false)]),
+                Op::Xor(x, c) if self.is(c, 1) => stack.push((x, !holds)),
+                Op::Select(s, x, none) if holds && self.is(none, 0) => stack.extend([(s, true), (x, true)]),
+                _ => {}
+            }
+        }
+        facts
+    }
+
+    /// Whether it is plain that no two of some nodes of 0 or 1 are 1 at once.
+    pub fn exclusive(&self, list: &[Id]) -> bool {
+        let mut before: Vec<Map<Id, bool>> = Vec::new();
+        for &node in list.iter().filter(|&&n| !self.is(n, 0)) {
+            let facts = self.facts(node);
+            let excludes = |other: &Map<Id, bool>| facts.iter().any(|(n, holds)| other.get(n) == Some(&!holds));
+            if !before.iter().all(|other| excludes(other) || self.differ(&facts, other)) {
+                return false;
+            }
+            before.push(facts);
+        }
+        true
+    }
+
+    /// Whether what two nodes say is equal to constants cannot be.
+    fn differ(&self, a: &Map<Id, bool>, b: &Map<Id, bool>) -> bool {
+        let equal = |facts: &Map<Id, bool>| -> Vec<(Id, u64)> {
+            let list = facts.iter().filter(|f| *f.1).filter_map(|f| match self.op(*f.0) {
+                Op::Eq(x, c) => Some((x, self.value(c)?)),
+                _ => None,
+            });
+            list.collect()
+        };
+        let b = equal(b);
+        equal(a).iter().any(|(x, c)| b.iter().any(|(y, d)| x == y && c != d))
+    }
+
+    /// A node that is `a` wherever `when`, a node of 0 or 1, is 1.
+    pub fn given(&self, when: Id, a: Id) -> Id {
+        let facts = self.facts(when);
+        let mut at = a;
+        while let Op::Select(s, x, y) = self.op(at) {
+            match facts.get(&s) {
+                Some(true) => at = x,
+                Some(false) => at = y,
+                None => break,
+            }
+        }
+        at
+    }
+
     /// Bit `s` (0 or 1) in every bit of `mask`.
     pub fn splat(&mut self, s: Id, mask: u64) -> Id {
         let (all, none) = (self.constant(mask), self.constant(0));
@@ -577,7 +670,7 @@ impl Graph {
             Op::Div(a, b) => self.div(at(a), at(b)),
             Op::Rem(a, b) => self.rem(at(a), at(b)),
             Op::Count(a) => self.count(at(a)),
-            Op::Element { slot, index, plane, version } => self.element(slot, at(index), plane, version, may),
+            Op::Element { slot, index, size, plane } => self.element(slot, at(index), size, plane, may),
         }
     }
 }

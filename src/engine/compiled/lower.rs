@@ -3,10 +3,16 @@
 //! The functions of the cell room once more, on nodes in place of words. Four-valued throughout: that an unknown plane is
 //! constant 0 is for the graph to make use of.
 
+use std::collections::HashMap;
+
 use super::cells::combinational;
 use super::four::{Bits, Two, append, slice};
 use super::graph::{Graph, Id};
-use crate::cell::{CellKind, Flop, GateOp, Role};
+use super::memory;
+use super::peek::part;
+use super::wiring::{MemoryPlace, Part, clocked_parts, is_state};
+use crate::cell::memory::pin::{RD_ADDR, RD_ARST, RD_EN, RD_SRST, WR_ADDR, WR_DATA, WR_EN};
+use crate::cell::{CellKind, Flop, GateOp, Memory, Role};
 use crate::netlist::{CellId, Constants, Driver, NetId, Netlist, Slice};
 use crate::value::Word;
 use crate::value::word::{word_mask, words};
@@ -15,6 +21,8 @@ use crate::value::word::{word_mask, words};
 pub(super) trait Places {
     /// The first slot of a net that is an input or a state.
     fn slot(&self, net: NetId) -> u32;
+    /// Where a memory lies.
+    fn memory(&self, cell: CellId) -> &MemoryPlace;
     /// Whether the word of state in a slot may hold x or z.
     fn may_be_unknown(&self, slot: u32) -> bool;
 }
@@ -22,7 +30,10 @@ pub(super) trait Places {
 /// State that asynchronous controls may change at once.
 #[derive(Debug)]
 pub(super) struct Level {
-    pub net: NetId,
+    /// Where it lies.
+    pub slot: u32,
+    /// The net that it is the value of; none for what a port of a memory has.
+    pub net: Option<NetId>,
     /// What it becomes.
     pub value: Bits,
     /// The controls and the data on which that depends beside the state itself.
@@ -31,7 +42,8 @@ pub(super) struct Level {
     pub group: Option<u32>,
 }
 
-/// What a storage cell takes at its active edge.
+/// What a storage cell takes at its active edge; what a port of a memory is told: of a read port enable, resets and
+/// address, of a write port address, data and enable.
 #[derive(Debug)]
 pub(super) struct Next {
     pub cell: CellId,
@@ -58,7 +70,7 @@ pub(super) fn unsupported(kind: &CellKind) -> Option<&'static str> {
         CellKind::Delay { .. } => Some("a delay"),
         CellKind::RcDelay(_) => Some("an RC delay"),
         CellKind::Power { .. } => Some("a power"),
-        CellKind::Memory(_) => Some("a memory"),
+        CellKind::Memory(m) if m.writes.iter().any(|w| w.clock.is_none()) => Some("a memory that is written by level"),
         CellKind::Multiply { a_width, b_width, .. } if !narrow(*a_width) || !narrow(*b_width) => {
             Some("a multiplier of more than 64 bits")
         }
@@ -76,6 +88,8 @@ struct Lower<'n, P> {
     netlist: &'n Netlist,
     constants: &'n Constants,
     places: &'n P,
+    /// What each port of a memory gives, as far as it is known.
+    ports: HashMap<CellId, Vec<Bits>>,
     out: Lowered,
 }
 
@@ -85,13 +99,16 @@ pub(super) const LOOP: usize = 16;
 /// Lowers a netlist, every cell of which is supported.
 pub(super) fn lower(netlist: &Netlist, places: &impl Places) -> Lowered {
     let out = Lowered { nets: vec![Vec::new(); netlist.nets().len()], ..Lowered::default() };
-    let mut l = Lower { netlist, constants: netlist.constants(), places, out };
+    let mut l = Lower { netlist, constants: netlist.constants(), places, ports: HashMap::new(), out };
     for net in netlist.net_ids() {
         let state = match netlist.net(net).driver {
             Driver::Input(_) => true,
             Driver::Cell(cell, 0) => {
                 let kind = &netlist.cell(cell).kind;
-                kind.init().is_some() || matches!(kind, CellKind::Clock(_))
+                if let CellKind::Memory(memory) = kind {
+                    l.start_memory(cell, memory);
+                }
+                is_state(kind) || matches!(kind, CellKind::Clock(_))
             }
             Driver::Cell(..) => false,
         };
@@ -108,12 +125,18 @@ pub(super) fn lower(netlist: &Netlist, places: &impl Places) -> Lowered {
                 groups.next();
             }
             Some(group) if group.start <= at => {}
-            _ => l.cell(cell),
+            _ => match &netlist.cell(cell).kind {
+                CellKind::Memory(memory) => l.memory(cell, memory, order.ports.get(&at).copied()),
+                _ => l.cell(cell),
+            },
         }
     }
     for cell in netlist.cell_ids() {
-        if netlist.cell(cell).kind.edge().is_some() {
-            l.next(cell);
+        for part in clocked_parts(&netlist.cell(cell).kind) {
+            match part {
+                Part::Whole => l.next(cell),
+                part => l.next_of_port(cell, part),
+            }
         }
     }
     l.out
@@ -121,7 +144,10 @@ pub(super) fn lower(netlist: &Netlist, places: &impl Places) -> Lowered {
 
 impl<P: Places> Lower<'_, P> {
     fn state(&mut self, net: NetId) -> Bits {
-        let (slot, width) = (self.places.slot(net), self.netlist.net(net).width);
+        self.load(self.places.slot(net), self.netlist.net(net).width)
+    }
+
+    fn load(&mut self, slot: u32, width: u32) -> Bits {
         (0..words(width) as u32)
             .map(|i| {
                 let m = word_mask(width, i as usize);
@@ -263,7 +289,8 @@ impl<P: Places> Lower<'_, P> {
         self.out.unsettled.push(differs);
         for &net in &outputs {
             let value = self.out.nets[net.index()].clone();
-            self.out.levels.push(Level { net, value, needs: needs.clone(), group });
+            let slot = self.places.slot(net);
+            self.out.levels.push(Level { slot, net: Some(net), value, needs: needs.clone(), group });
         }
     }
 
@@ -349,7 +376,8 @@ impl<P: Places> Lower<'_, P> {
             });
             let pins: Vec<usize> = pins.collect();
             let needs = pins.into_iter().flat_map(|pin| self.pin(cell, pin)).flat_map(|two| [two.v, two.u]).collect();
-            self.out.levels.push(Level { net, value: q.clone(), needs, group: None });
+            let slot = self.places.slot(net);
+            self.out.levels.push(Level { slot, net: Some(net), value: q.clone(), needs, group: None });
         }
         let derived = match kind {
             CellKind::Counter(_) => {
@@ -403,6 +431,83 @@ impl<P: Places> Lower<'_, P> {
             let value = self.out.graph.literal(value);
             self.choose(control, &value, q);
         }
+    }
+
+    /// What read ports with a clock have, before anything else is known of a memory.
+    fn start_memory(&mut self, cell: CellId, memory: &Memory) {
+        let ports: Vec<Option<u32>> = self.places.memory(cell).ports.clone();
+        let list: Vec<Bits> = ports
+            .into_iter()
+            .map(|slot| match slot {
+                Some(slot) => self.load(slot, memory.width),
+                None => self.out.graph.zeros(memory.width),
+            })
+            .collect();
+        self.give_ports(cell, memory, list);
+    }
+
+    fn give_ports(&mut self, cell: CellId, memory: &Memory, ports: Vec<Bits>) {
+        let mut all = Vec::new();
+        for (k, value) in (0..).zip(&ports) {
+            append(&mut self.out.graph, &mut all, k * memory.width, value, memory.width);
+        }
+        self.set(cell, 0, all);
+        self.ports.insert(cell, ports);
+    }
+
+    /// What of a pin a port of a memory has, of which each has `width` bits.
+    fn port_pin(&mut self, cell: CellId, pin: usize, port: usize, width: u32) -> Bits {
+        let slices = part(self.netlist.input(cell, pin), port as u32 * width, width);
+        if slices.is_empty() {
+            return self.out.graph.zeros(1);
+        }
+        self.signals(&slices)
+    }
+
+    /// What one read port without a clock gives, or all that have one; or all ports.
+    fn memory(&mut self, cell: CellId, memory: &Memory, port: Option<u32>) {
+        let place = self.places.memory(cell);
+        let (contents, slots) = (place.contents, &place.ports);
+        let mut ports = self.ports.remove(&cell).expect("it has been begun");
+        for (at, spec) in memory.reads.iter().enumerate() {
+            let here = port.is_none_or(|p| match spec.clock {
+                None => p == at as u32,
+                Some(_) => memory.reads[p as usize].clock.is_some(),
+            });
+            if !here {
+                continue;
+            }
+            let arst = self.port_pin(cell, RD_ARST, at, 1)[0];
+            match slots[at] {
+                None => {
+                    let address = self.port_pin(cell, RD_ADDR, at, memory.abits)[0];
+                    let g = &mut self.out.graph;
+                    let value = memory::read(g, memory, contents, address, &mut memory::fetch);
+                    ports[at] = memory::reset(g, memory, at, arst, &value);
+                }
+                Some(slot) => {
+                    let held = ports[at].clone();
+                    let value = memory::reset(&mut self.out.graph, memory, at, arst, &held);
+                    if value != held {
+                        let needs = vec![arst.v, arst.u];
+                        self.out.levels.push(Level { slot, net: None, value: value.clone(), needs, group: None });
+                    }
+                    ports[at] = value;
+                }
+            }
+        }
+        self.give_ports(cell, memory, ports);
+    }
+
+    fn next_of_port(&mut self, cell: CellId, part: Part) {
+        let CellKind::Memory(memory) = &self.netlist.cell(cell).kind else { unreachable!("only memories have ports") };
+        let pins: &[(usize, u32)] = match part {
+            Part::Read(_) => &[(RD_EN, 1), (RD_ARST, 1), (RD_SRST, 1), (RD_ADDR, memory.abits)],
+            _ => &[(WR_ADDR, memory.abits), (WR_DATA, memory.width), (WR_EN, memory.width)],
+        };
+        let (Part::Read(port) | Part::Write(port)) = part else { unreachable!("it is a port") };
+        let value = pins.iter().flat_map(|&(pin, width)| self.port_pin(cell, pin, port as usize, width)).collect();
+        self.out.next.push(Next { cell, value });
     }
 
     /// What a clocked cell takes at its edge.

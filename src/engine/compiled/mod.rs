@@ -11,13 +11,16 @@
 //! computed for them; and again until no clock makes an edge.
 
 mod cells;
+mod changes;
 mod codegen;
+mod contents;
 mod form;
 mod four;
 mod fuse;
 mod graph;
 mod lower;
 mod machine;
+mod memory;
 mod peek;
 mod plan;
 mod steps;
@@ -27,15 +30,16 @@ mod wiring;
 
 use std::collections::HashMap;
 
-use super::{Engine, EventEngine, UnknownControl, Unsettled};
+use super::{Engine, EventEngine, Log, UnknownControl, Unsettled};
 use crate::cell::{CellKind, Clock};
 use crate::netlist::{NetId, Netlist};
 use crate::value::Word;
 use crate::value::word::words;
 
+use changes::Tracing;
 use codegen::Shared;
 use form::{DEFAULT_CHUNK, Form, Kept};
-use peek::Peeked;
+use peek::{Held, Keeps, Peeked};
 use steps::Steps;
 use wiring::Wiring;
 
@@ -60,6 +64,9 @@ pub struct CompiledEngine<'n> {
     kept: Vec<Kept>,
     observed: Vec<Option<u32>>,
     observed_nets: Vec<NetId>,
+    /// Whether a change of each of these is listed, and not only written down.
+    stops: Vec<bool>,
+    tracing: Tracing,
     /// Where the bits of observed nets that have changed begin; set when a form is made.
     shared: Shared,
     forms: Vec<Form>,
@@ -133,6 +140,8 @@ struct Source {
 
 /// The largest netlist that is compiled, in words of its nets: places are counted in 32 bits.
 const MOST_WORDS: usize = 1 << 22;
+/// The same for its memories.
+const MOST_CONTENTS: usize = 1 << 24;
 
 impl<'n> CompiledEngine<'n> {
     /// Whether the engine can run a netlist, and if not, why.
@@ -141,6 +150,10 @@ impl<'n> CompiledEngine<'n> {
     /// What the netlist has that is not compiled.
     pub fn supports(netlist: &Netlist) -> Result<(), String> {
         let order = netlist.order();
+        let in_loops = order.groups.iter().flat_map(|g| &order.sequence[g.clone()]);
+        if let Some(cell) = in_loops.copied().find(|&c| matches!(netlist.cell(c).kind, CellKind::Memory(_))) {
+            return Err(format!("it has combinational feedback through a memory (`{}`)", netlist.cell_path(cell)));
+        }
         if let Some(group) = order.groups.iter().find(|g| g.len() > lower::LOOP) {
             let first = netlist.cell_path(order.sequence[group.start]);
             return Err(format!("it has combinational feedback through {} cells (`{first}` …)", group.len()));
@@ -152,6 +165,13 @@ impl<'n> CompiledEngine<'n> {
         }
         if netlist.nets().iter().map(|net| words(net.width)).sum::<usize>() > MOST_WORDS {
             return Err(format!("its nets have more than {MOST_WORDS} words of 64 bits"));
+        }
+        let contents = netlist.cells().iter().map(|cell| match &cell.kind {
+            CellKind::Memory(memory) => memory.init.len(),
+            _ => 0,
+        });
+        if contents.sum::<usize>() > MOST_CONTENTS {
+            return Err(format!("its memories have more than {MOST_CONTENTS} words of 64 bits"));
         }
         codegen::available()
     }
@@ -190,7 +210,9 @@ impl<'n> CompiledEngine<'n> {
             kept: Vec::new(),
             observed: vec![None; netlist.nets().len()],
             observed_nets: Vec::new(),
-            shared: Shared { alarm: 0, changed: 0, dirty: 0 },
+            stops: Vec::new(),
+            tracing: Tracing::default(),
+            shared: Shared { alarm: 0, changed: 0, dirty: 0, log: 0 },
             forms: Vec::new(),
             current: None,
             alarmed: false,
@@ -208,7 +230,7 @@ impl<'n> CompiledEngine<'n> {
             active: Vec::new(),
             changes: Vec::new(),
             listed: vec![false; netlist.nets().len()],
-            peeked: Peeked::new(netlist.nets().len()),
+            peeked: Peeked::new(netlist, &wiring),
             loop_runs: vec![0; wiring.loops.len()],
             steps: Steps::default(),
             endless: Vec::new(),
@@ -238,15 +260,17 @@ impl<'n> CompiledEngine<'n> {
         netlist: &'n Netlist,
         from: &EventEngine,
         observed: &[NetId],
+        traced: &[NetId],
     ) -> Result<CompiledEngine<'n>, String> {
         let mut engine = CompiledEngine::new(netlist)?;
         let given = from.hand_over();
         for i in 0..engine.wiring.leaf_net.len() {
             let net = engine.wiring.leaf_net[i];
             let slot = engine.wiring.leaves.start + i as u32;
-            let word = slot - engine.wiring.slot[net.index()].expect("state has a place");
-            engine.memory[slot as usize] = from.read(net)[word as usize];
+            let Some(first) = engine.wiring.slot[net.index()] else { continue };
+            engine.memory[slot as usize] = from.read(net)[(slot - first) as usize];
         }
+        engine.take_contents(from);
         engine.now = from.now();
         engine.started = true;
         let seen: HashMap<(NetId, u32, bool), bool> =
@@ -268,9 +292,8 @@ impl<'n> CompiledEngine<'n> {
         engine.next_clock = engine.clocks.iter().map(|c| c.next).min().unwrap_or(NEVER);
         engine.changes.clear();
         engine.listed.fill(false);
-        for &net in observed {
-            engine.observe(net);
-        }
+        observed.iter().for_each(|&net| engine.observe(net));
+        traced.iter().for_each(|&net| engine.trace(net));
         Ok(engine)
     }
 
@@ -298,7 +321,12 @@ impl<'n> CompiledEngine<'n> {
         }
         self.shared.changed = self.memory.len() as u32 * 2;
         self.memory.extend((0..self.observed_nets.len().div_ceil(128)).map(|_| Word::ZERO));
-        let kept = |(net, always): (NetId, bool)| Kept { net, observed: self.observed[net.index()], always };
+        self.prepare_log();
+        let kept = |(net, always): (NetId, bool)| {
+            let observed = self.observed[net.index()];
+            let is = |list: &[bool]| observed.is_some_and(|bit| list[bit as usize]);
+            Kept { net, observed, stops: is(&self.stops), traced: is(&self.tracing.nets), always }
+        };
         self.kept = nets.into_iter().map(kept).collect();
         let place =
             |b: wiring::Bit, slot: &[Option<u32>]| (slot[b.net.index()].expect("it is kept") + b.lo / 64, b.lo % 64);
@@ -306,6 +334,23 @@ impl<'n> CompiledEngine<'n> {
         self.control_places = self.wiring.controls.iter().map(|c| place(c.0, &self.wiring.slot)).collect();
         self.forms.clear();
         self.current = None;
+    }
+
+    /// The number of a net whose changes are to be found out. Code is made anew for it at the next wave.
+    fn watch(&mut self, net: NetId) -> usize {
+        self.shared.changed = 0;
+        if let Some(bit) = self.observed[net.index()] {
+            return bit as usize;
+        }
+        let bit = self.observed_nets.len();
+        self.observed[net.index()] = Some(bit as u32);
+        self.observed_nets.push(net);
+        self.stops.push(false);
+        self.tracing.nets.push(false);
+        if self.started {
+            self.place(net);
+        }
+        bit
     }
 
     /// Gives a net a place with its present value, if it has none.
@@ -326,16 +371,6 @@ impl<'n> CompiledEngine<'n> {
         let net = self.wiring.leaf_net[(slot - self.wiring.leaves.start) as usize];
         self.put(slot, net, new);
     }
-
-    fn held(&self, net: NetId) -> Option<&[Word]> {
-        let slot = self.wiring.slot[net.index()]?;
-        let keeps = self.current.is_none_or(|n| self.forms[n].keeps[net.index()]);
-        if !keeps && !self.wiring.leaves.contains(&slot) {
-            return None;
-        }
-        let slot = slot as usize;
-        Some(&self.memory[slot..slot + words(self.netlist.net(net).width)])
-    }
 }
 
 impl Engine for CompiledEngine<'_> {
@@ -344,19 +379,29 @@ impl Engine for CompiledEngine<'_> {
     }
 
     fn read(&self, net: NetId) -> &[Word] {
-        self.peeked.read(self.netlist, &|net| self.held(net), net)
+        let keeps = self.current.map_or(Keeps::All, |n| Keeps::These(&self.forms[n].keeps));
+        let held = Held { netlist: self.netlist, wiring: &self.wiring, memory: &self.memory, keeps };
+        match held.net(net) {
+            Some(value) => value,
+            None => self.peeked.read(&held, net),
+        }
     }
 
     fn observe(&mut self, net: NetId) {
-        if self.observed[net.index()].is_none() {
-            self.observed[net.index()] = Some(self.observed_nets.len() as u32);
-            self.observed_nets.push(net);
-            if self.started {
-                self.place(net);
-            }
-            // made anew at the next wave
-            self.shared.changed = 0;
-        }
+        let bit = self.watch(net);
+        self.stops[bit] = true;
+    }
+
+    fn trace(&mut self, net: NetId) {
+        let bit = self.watch(net);
+        self.tracing.nets[bit] = true;
+    }
+
+    fn log(&mut self) -> Option<&mut Log> {
+        self.tracing.nets.contains(&true).then(|| {
+            self.take_log();
+            &mut self.tracing.log
+        })
     }
 
     fn add_clock(&mut self, net: NetId, clock: Clock) {
@@ -408,7 +453,7 @@ impl Engine for CompiledEngine<'_> {
                 self.fire();
                 self.wave()?;
             }
-            if self.has_news() {
+            if self.has_news() || self.tracing.is_long() {
                 return Ok(true);
             }
         }

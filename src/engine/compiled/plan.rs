@@ -5,6 +5,7 @@
 //! for a later one is stored and compared; only a change wakes the later one.
 
 use super::graph::{Graph, Id, Map, Op};
+use super::memory::Put;
 
 /// Half a slot of memory: `2 * slot` is its value plane, `2 * slot + 1` its unknown plane.
 pub(super) type Half = u32;
@@ -50,6 +51,8 @@ pub(super) struct Chunk {
     pub group: Option<u32>,
     /// Nodes that are 0 where it may be run.
     pub aborts: Vec<Id>,
+    /// What it writes into memories, in order.
+    pub puts: Vec<Put>,
 }
 
 /// Chunks in order, each after those that it reads.

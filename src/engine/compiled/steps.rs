@@ -1,7 +1,7 @@
 //! Feedback step by step, by the functions of the cell room, as the event engine does it: for loops that take long to
 //! settle, or never do.
 
-use super::peek::Peeked;
+use super::peek::{Held, Peeked};
 use super::wiring::Wiring;
 use crate::netlist::{CellId, NetId, Netlist};
 use crate::value::Word;
@@ -32,8 +32,8 @@ impl Steps {
     ) -> Result<(), Vec<NetId>> {
         let cells = &wiring.loops[group];
         // what the loop reads beside itself does not change
-        let mut peeked = Peeked::new(netlist.nets().len());
-        peeked.fill(netlist, wiring, memory, cells);
+        let mut peeked = Peeked::new(netlist, wiring);
+        peeked.fill(&Held::state(netlist, wiring, memory), cells);
         let mut old = self.snapshot(netlist, wiring, memory, cells);
         let mut next_snapshot = 1;
         for step in 1..ENDLESS {
@@ -80,7 +80,7 @@ impl Steps {
     ) -> bool {
         self.values.clear();
         for &cell in cells {
-            for value in peeked.outputs(netlist, wiring, memory, cell) {
+            for value in peeked.outputs(&Held::state(netlist, wiring, memory), cell) {
                 self.values.extend(value);
             }
         }

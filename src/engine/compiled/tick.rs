@@ -1,5 +1,6 @@
 //! Ticks in one piece of code, and what they leave to the waves.
 
+use super::changes::Times;
 use super::form::Wanted;
 use super::{ABORTS, CompiledEngine, NEVER, WARM, bit_of};
 use crate::engine::Unsettled;
@@ -7,8 +8,9 @@ use crate::value::Word;
 
 impl CompiledEngine<'_> {
     /// Changes an input of one bit to and fro, up to `most` times (which is odd, or it goes back to where it was), until
-    /// an observed net changes, in one piece. How many times it did, and whether it can do so at all.
-    pub(super) fn ticks(&mut self, slot: u32, level: bool, most: u64) -> Option<u64> {
+    /// an observed net changes, in one piece. `at` is when it does so first and how long it then stays 0 and 1. How many
+    /// times it did, and whether it can do so at all.
+    pub(super) fn ticks(&mut self, slot: u32, level: bool, most: u64, at: Times) -> Option<u64> {
         let number = self.current.filter(|_| !self.alarmed && !self.touched && self.shared.changed != 0)?;
         if self.memory[slot as usize] != Word::known((!level).into()) {
             return None;
@@ -17,12 +19,16 @@ impl CompiledEngine<'_> {
         if form.waves < WARM || !form.doubtful.is_empty() || self.watches.iter().any(|w| !w.seen) {
             return None;
         }
-        let wanted = Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk };
-        let made = form.ticks(&wanted, slot)?;
+        // borrows less than `wanted` does
+        let shapes = self.tracing.log.shapes.len();
+        let wanted = Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk, shapes };
+        let made = form.ticks(self.netlist, &wanted, slot)?;
+        self.tracing.log.shapes.append(&mut made.shapes);
         let net = self.wiring.leaf_net[(slot - self.wiring.leaves.start) as usize];
-        let observed = self.observed[net.index()].is_some();
-        let done = if level && most >= 2 && !observed {
-            made.circle.run(&mut self.memory, most / 2)
+        let observed = self.observed[net.index()].filter(|&bit| self.stops[bit as usize]);
+        let rounds = self.tracing.begin(&mut self.memory, self.shared.log, made.longest, at);
+        let done = if level && most >= 2 && observed.is_none() {
+            made.circle.run(&mut self.memory, rounds.min(most / 2))
         } else {
             made.single[usize::from(level)].run(&mut self.memory, 1)
         };
@@ -43,10 +49,10 @@ impl CompiledEngine<'_> {
         for (watch, &(slot, shift)) in self.watches.iter_mut().zip(&self.pin_places) {
             watch.old = bit_of(self.memory[slot as usize], shift);
         }
-        if observed {
+        if observed.is_some() {
             self.list_change(net);
         }
-        self.collect_changes();
+        self.list_changes();
         self.count(done);
         if self.memory[0].v != 0 {
             self.memory[0].v = 0;
@@ -57,7 +63,8 @@ impl CompiledEngine<'_> {
 
     /// One wave after an input of one bit has changed.
     pub(super) fn tick(&mut self, slot: u32, level: bool) -> Result<(), Unsettled> {
-        if self.ticks(slot, level, 1).is_none() {
+        let at = Times { first: self.now, low: 0, high: 0 };
+        if self.ticks(slot, level, 1, at).is_none() {
             self.put_input(slot, Word::known(level.into()));
             return self.wave();
         }
@@ -89,7 +96,8 @@ impl CompiledEngine<'_> {
         };
         let most =
             if level && end - next >= clock.high { 2 * ((end - next - clock.high) / clock.period + 1) } else { 1 };
-        let Some(done) = self.ticks(slot, level, most.min(1 << 20)) else { return Ok(false) };
+        let at = Times { first: next, low: clock.period - clock.high, high: clock.high };
+        let Some(done) = self.ticks(slot, level, most.min(1 << 20), at) else { return Ok(false) };
         // the last of them
         let last = match (level, done) {
             (true, n) if n % 2 == 0 => next + (n / 2 - 1) * clock.period + clock.high,

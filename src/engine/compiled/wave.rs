@@ -1,6 +1,7 @@
 //! Waves: which form runs, chunks in order, edges and what is taken at them.
 
-use super::form::{Form, Wanted};
+use super::form::Form;
+use super::wiring::Part;
 use super::{CompiledEngine, ENDLESS, STEPS_COMPILED, bit_of, codegen, half, set_bit};
 use crate::engine::{UnknownControl, Unsettled};
 use crate::netlist::NetId;
@@ -13,7 +14,7 @@ impl CompiledEngine<'_> {
         if let Some(found) = self.forms.iter().position(|f| f.unknown == unknown) {
             return found;
         }
-        let wanted = Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk };
+        let wanted = self.wanted();
         let mut end = self.memory.len() as u32;
         let form = Form::new(self.netlist, &wanted, unknown, &mut end);
         let form = form.unwrap_or_else(|e| panic!("code for the circuit cannot be made: {e}"));
@@ -185,10 +186,21 @@ impl CompiledEngine<'_> {
             }
             self.alarmed |= new.u != 0 && !form.allows(slot);
         }
-        if self.observed[net.index()].is_some() {
-            self.list_change(net);
+        if let Some(bit) = self.observed[net.index()] {
+            self.note(bit as usize);
         }
         true
+    }
+
+    /// Sees to it that a change of an observed or traced net becomes known.
+    #[inline(always)]
+    pub(super) fn note(&mut self, bit: usize) {
+        if self.stops[bit] {
+            self.list_change(self.observed_nets[bit]);
+        }
+        if self.tracing.nets[bit] {
+            self.tracing.changed.insert(bit);
+        }
     }
 
     pub(super) fn list_change(&mut self, net: NetId) {
@@ -247,8 +259,14 @@ impl CompiledEngine<'_> {
     /// Lets the cells listed take what was computed for them.
     pub(super) fn commit(&mut self) {
         let none_fixed = self.forms[self.current.expect("there is a form")].fixed.is_empty();
+        if !self.wiring.memories.is_empty() {
+            self.commit_ports();
+        }
         for i in 0..self.active.len() {
             let s = self.wiring.stored[self.active[i] as usize];
+            if s.part != Part::Whole {
+                continue;
+            }
             for k in 0..s.words {
                 let mut new = self.memory[(s.stage + k) as usize];
                 if !none_fixed {
@@ -318,8 +336,18 @@ impl CompiledEngine<'_> {
         for _ in 0..64 {
             for &number in &self.active {
                 let s = self.wiring.stored[number as usize];
-                let differs =
-                    (0..s.words).any(|k| self.memory[(s.slot + k) as usize] != self.memory[(s.stage + k) as usize]);
+                let old = &self.memory[s.slot as usize..][..s.words as usize];
+                let differs = match s.part {
+                    Part::Whole => *old != self.memory[s.stage as usize..][..s.words as usize],
+                    Part::Read(_) => {
+                        let mut ports: Vec<u32> =
+                            self.active.iter().copied().filter(|&n| self.stored(n).cell == s.cell).collect();
+                        ports.sort_unstable();
+                        ports.dedup();
+                        *old != *self.port_reads(s, &ports)
+                    }
+                    Part::Write(_) => false,
+                };
                 if differs {
                     nets.push(s.net);
                 }
@@ -335,14 +363,25 @@ impl CompiledEngine<'_> {
         Unsettled { time: self.now, nets, clocked: true }
     }
 
-    /// Lists the observed nets whose bits generated code has set.
+    /// Lists the observed nets whose bits generated code has set, or has them written down.
     pub(super) fn collect_changes(&mut self) {
         for word in 0..self.observed_nets.len().div_ceil(64) {
             let mut bits = std::mem::take(half(&mut self.memory, self.shared.changed + word as u32));
             while bits != 0 {
-                let net = self.observed_nets[word * 64 + bits.trailing_zeros() as usize];
+                self.note(word * 64 + bits.trailing_zeros() as usize);
                 bits &= bits - 1;
-                self.list_change(net);
+            }
+        }
+        self.write_down();
+    }
+
+    /// Lists the observed nets that have changed in ticks, which have written down themselves what they are to.
+    pub(super) fn list_changes(&mut self) {
+        for word in 0..self.observed_nets.len().div_ceil(64) {
+            let mut bits = std::mem::take(half(&mut self.memory, self.shared.changed + word as u32));
+            while bits != 0 {
+                self.list_change(self.observed_nets[word * 64 + bits.trailing_zeros() as usize]);
+                bits &= bits - 1;
             }
         }
     }

@@ -95,7 +95,7 @@ impl Build<'_> {
                 Some(_) => MemoryWrite { address: ZERO, data: 0..0, enable: 0..0 },
             });
         }
-        self.program.memories.push(MemoryCell { kind: Box::new(memory.clone()), contents, reads, writes });
+        self.program.memories.push(MemoryCell { cell, kind: Box::new(memory.clone()), contents, reads, writes });
         number
     }
 
@@ -212,6 +212,11 @@ impl Memories {
     /// The bytes of all contents.
     pub fn bytes(&self) -> usize {
         self.contents.iter().map(|words| size_of_val(&**words)).sum()
+    }
+
+    /// What the memory of a number holds.
+    pub fn contents(&self, number: usize) -> &[Word] {
+        &self.contents[number]
     }
 
     /// Whether anything was staged.

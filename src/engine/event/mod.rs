@@ -23,7 +23,7 @@ mod tests;
 
 use super::{Engine, UnknownControl, Unsettled};
 use crate::cell::Clock;
-use crate::netlist::{NetId, Netlist};
+use crate::netlist::{CellId, NetId, Netlist};
 use crate::value::Word;
 use crate::value::word::words;
 
@@ -127,6 +127,14 @@ impl EventEngine {
             reported: self.state.reported.clone(),
             clocks: clocks.collect(),
         }
+    }
+
+    /// What a memory holds, laid out as [`Memory::contents`](crate::cell::Memory::contents); none of a cell that is no
+    /// memory, or one that nothing reads.
+    #[must_use]
+    pub fn contents(&self, cell: CellId) -> Option<&[Word]> {
+        let number = self.program.memories.iter().position(|m| m.cell == cell)?;
+        Some(self.state.memories.contents(number))
     }
 
     /// How many net changes there have been.

