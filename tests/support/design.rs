@@ -11,6 +11,7 @@ use super::Rng;
 /// Bits of signals, the least significant first.
 pub type Operand = Vec<(usize, u32, u32)>;
 
+#[derive(Clone)]
 pub struct Cell {
     pub kind: CellKind,
     pub inputs: Vec<Operand>,
@@ -18,6 +19,7 @@ pub struct Cell {
 }
 
 /// A netlist before any order is chosen for it.
+#[derive(Clone)]
 pub struct Design {
     /// Name and width; the first `inputs` are the circuit's inputs.
     pub signals: Vec<(String, u32)>,
