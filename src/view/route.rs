@@ -116,12 +116,12 @@ mod tests {
         // a quarter of radius 5, counter-clockwise and back
         let mut arc = [[5, 0], [5, 1], [5, 2], [4, 2], [4, 3], [3, 3], [3, 4], [2, 4], [2, 5], [1, 5], [0, 5]];
         let sweep = |points: &[[i64; 2]]| match followed(2, &path(points)) {
-            Some(Ideal::Arc { sweep, radius, .. }) => (radius, (sweep * 1e6).round() / 1e6),
+            Some(Ideal::Arc { sweep, radius, .. }) => (radius, (sweep.to_degrees() * 1e6).round() / 1e6),
             other => panic!("{other:?}"),
         };
-        assert_eq!(sweep(&arc), (5.0, 1.570796));
+        assert_eq!(sweep(&arc), (5.0, 90.0));
         arc.reverse();
-        assert_eq!(sweep(&arc), (5.0, -1.570796));
+        assert_eq!(sweep(&arc), (5.0, -90.0));
         assert_eq!(followed(2, &path(&[[0, 0], [5, 0], [5, 5], [9, 5]])), None);
     }
 
