@@ -254,7 +254,7 @@ fn analyzers_are_drawn_as_they_are_connected() {
 
 #[test]
 fn evaluation_functions_are_drawn_as_they_are_connected() {
-    check_folder("circuits/evaluation", 14);
+    check_folder("circuits/evaluation", 13);
 }
 
 #[test]
