@@ -92,14 +92,17 @@ fn an_option_means_the_same_in_every_command() {
             let long = arg.get_long().unwrap().to_owned();
             // What an interpolation prints is no report; a picture, a netlist, a table are no waveform; a comparison needs
             // bits; an export goes to a format, where a path goes to a point; and what is shown is not recorded.
-            const OTHER: [(&str, &str); 11] = [
+            const OTHER: [(&str, &str); 14] = [
                 ("interpolate", "format"),
                 ("plot", "output"),
                 ("draw", "output"),
                 ("view", "output"),
                 ("view", "trace"),
+                ("view", "center"),
+                ("view", "cw"),
                 ("export", "output"),
                 ("export", "to"),
+                ("wave", "from"),
                 ("wave", "to"),
                 ("wave", "signed"),
                 ("sweep", "output"),

@@ -24,8 +24,9 @@
   for (const button of closed.length > 400 ? closed.slice(0, 5) : closed) {
     [...document.querySelectorAll(".scope button")].find((b) => b.textContent === button.textContent).click();
   }
-  const large = waveform.rows.length > 800;
-  if (!large) {
+  const large = waveform.rows.length > 1200;
+  // a canvas is at most 65,535 pixels high
+  if (waveform.rows.length < 2000) {
     document.body.style.overflow = "auto";
     document.getElementById("waveform").style.height = `${waveform.rows.length * 26 + 60}px`;
     waveform.resize();
