@@ -68,7 +68,7 @@ pub fn all_ran() {
 
 /// Fails where the compiled engine leaves a circuit for a reason that is none.
 pub fn may_refuse(why: &str) {
-    let reasons = ["delay", "memory", "feedback", "power", "of more than 64 bits", "words of 64 bits"];
+    let reasons = ["delay", "memory", "feedback", "a power of more than 64 bits", "words of 64 bits"];
     assert!(reasons.iter().any(|w| why.contains(w)), "not compiled: {why}");
 }
 
