@@ -131,19 +131,20 @@ fn fst_crate() -> u64 {
 }
 
 fn main() {
-    let ways: [(&str, fn() -> u64); 4] = [
+    type Way = fn() -> u64;
+    let ways: [(&str, Way); 4] = [
         ("VCD, ours", vcd_ours),
         ("VCD, crate `vcd`", vcd_crate),
         ("FST, ours", fst_ours),
         ("FST, crate `fst-writer`", fst_crate),
     ];
-    let mut times = [[0.0; RUNS]; 4];
+    let mut times = [const { Vec::new() }; 4];
     let mut bytes = [0; 4];
-    for run in 0..RUNS {
+    for _ in 0..RUNS {
         for (i, (_, way)) in ways.iter().enumerate() {
             let begin = Instant::now();
             bytes[i] = way();
-            times[i][run] = begin.elapsed().as_secs_f64();
+            times[i].push(begin.elapsed().as_secs_f64());
         }
     }
     let values = TICKS as f64 * WIDTHS.len() as f64;

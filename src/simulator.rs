@@ -63,7 +63,7 @@ impl fmt::Display for SimulatorError {
 
 impl std::error::Error for SimulatorError {}
 
-/// Runs a netlist on the reference engine.
+/// Runs a netlist, on the reference engine unless it is given another.
 ///
 /// ```
 /// use discreta::{Simulator, Value};
@@ -91,16 +91,29 @@ impl std::error::Error for SimulatorError {}
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug)]
-pub struct Simulator<'n> {
+pub struct Simulator<'n, E: Engine = EventEngine> {
     netlist: &'n Netlist,
-    engine: EventEngine,
+    engine: E,
 }
 
 impl<'n> Simulator<'n> {
     /// A simulator at tick 0 with nothing driven.
     #[must_use]
     pub fn new(netlist: &'n Netlist) -> Simulator<'n> {
-        Simulator { netlist, engine: EventEngine::new(netlist) }
+        Simulator::on(netlist, EventEngine::new(netlist))
+    }
+
+    /// Back to the state of a new simulator; clocks stay.
+    pub fn reset(&mut self) {
+        self.engine.reset();
+    }
+}
+
+impl<'n, E: Engine> Simulator<'n, E> {
+    /// A simulator on an engine of this netlist.
+    #[must_use]
+    pub fn on(netlist: &'n Netlist, engine: E) -> Simulator<'n, E> {
+        Simulator { netlist, engine }
     }
 
     fn find(&self, name: &str) -> Result<crate::netlist::SignalId, SimulatorError> {
@@ -220,15 +233,10 @@ impl<'n> Simulator<'n> {
         Value::from_words(&all, probe.width)
     }
 
-    /// How many net changes there have been.
+    /// How many net changes there have been, or 0 where the engine does not count them.
     #[must_use]
     pub fn events(&self) -> u64 {
-        self.engine.net_changes()
-    }
-
-    /// Back to the state of a new simulator; clocks stay.
-    pub fn reset(&mut self) {
-        self.engine.reset();
+        self.engine.events().unwrap_or(0)
     }
 
     fn error(&self, e: &Unsettled) -> SimulatorError {

@@ -12,6 +12,7 @@ use discreta::cell::{AddOp, CellKind, Clock, Edge, Flop, GateOp, Memory};
 use discreta::engine::{AutoEngine, CompiledEngine, Engine, EventEngine, Unsettled};
 use discreta::netlist::{NetId, Netlist};
 use discreta::value::Word;
+use needs::needs;
 use support::design::{CLOCKS, Cell, Design, Operand};
 use support::{Rng, repository};
 
@@ -384,6 +385,29 @@ fn the_command_line_chooses_an_engine() {
     assert!(refused.status.code() == Some(2) && said.contains("RC delay"), "{said}");
     let said = text(run("circuits/feed/system.json", "auto", &["-v"]).stdout);
     assert!(said.contains("engine event") && said.contains("not compiled: it has an RC delay"), "{said}");
+}
+
+/// A computer, whole: its memory, its registers that nothing has written, its program to the end, all nets.
+#[needs(yosys)]
+#[test]
+fn a_computer_runs_its_program_the_same() {
+    let folder = support::folder("compiled_computer");
+    let design = repository("tests/verilog/cpu/cpu.v");
+    let script = format!("read_verilog {}; prep -top cpu; write_json cpu.json", design.display());
+    support::tool::tool(&folder, "yosys", &["-q", "-p", &script]);
+    let run = |engine: &str| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_discreta"));
+        command.current_dir(&folder).args(["run", "cpu.json", "--engine", engine, "-v", "--clock", "clk=10ns"]);
+        command.args(["-s", "rst=0", "--until", "done", "-o", &format!("{engine}.vcd")]);
+        let ran = command.output().unwrap();
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+        let said = String::from_utf8(ran.stdout).unwrap();
+        (said, std::fs::read(folder.join(format!("{engine}.vcd"))).unwrap())
+    };
+    let ((event, expected), (compiled, got)) = (run("event"), run("compiled"));
+    assert!(event.contains("stopped at done = 1") && event.contains("status = 0"), "{event}");
+    assert!(compiled.contains("stopped at done = 1") && compiled.contains("all known, 2 four-valued"), "{compiled}");
+    assert!(expected.len() > 1_000_000 && expected == got);
 }
 
 /// The shipped circuits, driven as people would and then at random, by all three engines.

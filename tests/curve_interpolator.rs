@@ -6,6 +6,7 @@ mod support;
 use discreta::interpolate::{CurveInput, DdaCurve, Ideal, Interpolator, Options, Printed, Stopped};
 use support::Rng;
 use support::bench::{Bench, circuit};
+use support::engines;
 
 /// A number from −n to n.
 fn around(rng: &mut Rng, n: i64) -> i64 {
@@ -180,6 +181,7 @@ fn the_circuit_agrees_on_every_clock() {
     for (bits, curves) in [(4, 40), (5, 40), (6, 30), (8, 12)] {
         assert!(follow_all(REGISTERS, bits, curves).ended >= 6 * 4 * curves * 9 / 10);
     }
+    engines::ran(1, 1);
 }
 
 #[test]
@@ -187,11 +189,13 @@ fn the_circuit_of_gates_agrees_on_every_clock() {
     for (bits, curves) in [(4, 12), (6, 3)] {
         assert!(follow_all(GATES, bits, curves).ended >= 6 * 4 * curves * 9 / 10);
     }
+    engines::ran(1, 1);
 }
 
 #[test]
 fn the_circuit_agrees_in_other_widths() {
     follow_all(REGISTERS, 11, 1);
+    engines::ran(1, 1);
 }
 
 /// With the misprints the paths run off, up to an overflow or the watchdog.
@@ -213,4 +217,5 @@ fn the_circuit_agrees_as_printed() {
     }
     println!("{count:?}");
     assert!(count.overflows > 100 && count.watchdogs > 0, "{count:?}");
+    engines::ran(1, 1);
 }

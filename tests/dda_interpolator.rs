@@ -9,6 +9,7 @@ use discreta::interpolate::{
 };
 use support::Rng;
 use support::bench::{Bench, circuit};
+use support::engines;
 
 const LINES: [&str; 2] = ["circuits/dda/line.json", "circuits/dda/line_gates.json"];
 const CIRCLES: [&str; 2] = ["circuits/dda/circle.json", "circuits/dda/circle_gates.json"];
@@ -131,6 +132,7 @@ fn every_4_bit_line_as_printed() {
         let mut algorithm = DdaLinePrinted::new(line, &Options::default()).unwrap();
         bench.draw(&values, &mut algorithm).unwrap_or_else(|fault| panic!("{line:?}, {fault}"));
     }
+    engines::ran(1, 1);
 }
 
 /// As far as the bound of the watchdog, where not all of them end.
@@ -153,6 +155,7 @@ fn every_4_bit_arc_as_printed() {
         println!("{missed} of {arcs} arcs of 4 bits miss their end as printed, parallel: {parallel}");
         assert!(missed > 0 && missed < arcs);
     }
+    engines::ran(1, 1);
 }
 
 /// The quarter arcs of every radius.

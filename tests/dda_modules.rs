@@ -3,9 +3,10 @@
 
 mod support;
 
+use discreta::Input;
 use discreta::circuit::Circuit;
-use discreta::{Input, Simulator};
 use serde_json::{Value, json};
+use support::engines::{self, simulator};
 use support::{Rng, folder, load, repository};
 
 /// A circuit of these cells, with ports for the nets that are named.
@@ -47,7 +48,7 @@ fn numbers_are_shifted_until_one_has_a_top_bit() {
             &[("s", n), ("y", width), ("z", width)],
             &cells,
         );
-        let mut sim = Simulator::new(&circuit.netlist);
+        let mut sim = simulator(&circuit.netlist);
         let [a, b] = ["a", "b"].map(|name| sim.input(name).unwrap());
         let shown = ["s", "y", "z"].map(|name| sim.probe(name).unwrap());
         let mask = (1_u64 << width) - 1;
@@ -68,6 +69,7 @@ fn numbers_are_shifted_until_one_has_a_top_bit() {
         }
     }
     println!("{compared} pairs");
+    engines::all_ran();
 }
 
 #[test]
@@ -85,7 +87,7 @@ fn a_summator_is_an_adder_and_a_register() {
         let inputs = [("clk", 1), ("d", width), ("reset", 1)];
         let outputs = [("q", width), ("co", 1), ("memory", width), ("sum", width), ("carry", 1)];
         let circuit = circuit(&format!("summator_{width}_{half}"), &inputs, &outputs, &cells);
-        let mut sim = Simulator::new(&circuit.netlist);
+        let mut sim = simulator(&circuit.netlist);
         let [clk, d, reset]: [Input; 3] = ["clk", "d", "reset"].map(|name| sim.input(name).unwrap());
         let shown = ["q", "memory", "co", "carry"].map(|name| sim.probe(name).unwrap());
         let mut rng = Rng::new(u64::from(width));
@@ -101,4 +103,5 @@ fn a_summator_is_an_adder_and_a_register() {
             sim.set(reset, u64::from(rng.one_in(20)));
         }
     }
+    engines::all_ran();
 }

@@ -6,6 +6,7 @@ mod support;
 use discreta::interpolate::{EfLine, EfLineFast, EfLineFastPrinted, Interpolator, LineInput};
 use support::Rng;
 use support::bench::{Bench, circuit};
+use support::engines;
 
 /// A circuit, its parameter CENTRED if it has one, and its algorithm.
 struct Method {
@@ -90,6 +91,7 @@ fn every_4_bit_line_from_the_origin_and_from_elsewhere() {
     check_all("accelerated", &FAST, 4, &lines);
     check_all("centred", &CENTRED, 4, &lines);
     check_all("the diagram", &DIAGRAM, 4, &for_the_diagram(lines));
+    engines::ran(1, 1);
 }
 
 #[test]
@@ -109,17 +111,20 @@ fn a_sample_of_lines_of_other_widths() {
         check_all(&format!("{bits} bits, centred"), &CENTRED, bits, &lines);
         check_all(&format!("{bits} bits, the diagram"), &DIAGRAM, bits, &for_the_diagram(lines));
     }
+    engines::ran(1, 1);
 }
 
 #[test]
 fn every_8_bit_line_in_registers() {
     check_all("accelerated, registers", &FAST[..1], 8, &every(8, &mut Rng::new(8)));
     check_all("the diagram", &DIAGRAM, 8, &for_the_diagram(every(8, &mut Rng::new(9))));
+    engines::ran(1, 1);
 }
 
 #[test]
 fn every_8_bit_line_in_gates() {
     check_all("accelerated, gates", &FAST[1..], 8, &every(8, &mut Rng::new(10)));
+    engines::ran(1, 1);
 }
 
 #[test]
@@ -128,4 +133,5 @@ fn every_8_bit_line_from_a_centred_start() {
     check_all("centred, registers", &[&CENTRED[0], &CENTRED[2]].map(|m| Method { ..*m }), 8, &lines);
     let some: Vec<_> = lines.into_iter().step_by(16).collect();
     check_all("centred, gates", &[&CENTRED[1], &CENTRED[3]].map(|m| Method { ..*m }), 8, &some);
+    engines::ran(1, 1);
 }

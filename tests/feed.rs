@@ -2,12 +2,12 @@
 
 mod support;
 
-use discreta::Simulator;
 use discreta::circuit::{Circuit, load_with};
 use discreta::interpolate::feed::{Generator, Margins};
 use discreta::interpolate::{ArcInput, DdaCircle, DdaLine, Interpolator, LineInput, Options};
 use serde_json::{Value, json};
 use support::bench::circuit;
+use support::engines::{self, simulator};
 use support::feed::{self, Found, System};
 use support::{Rng, folder, repository};
 
@@ -27,6 +27,7 @@ fn the_speed_block_is_the_generator_on_every_clock() {
         println!("{path}: {pulses} pulses");
         assert!(pulses > 10_000);
     }
+    engines::ran(0, 0);
 }
 
 #[test]
@@ -35,6 +36,7 @@ fn the_synchroniser_is_a_store_of_two_steps() {
         let synchroniser = circuit("circuits/feed/synchroniser.json", &[("TAU", tau)]);
         feed::synchroniser(&synchroniser, tau as u64).unwrap_or_else(|fault| panic!("τ = {tau}: {fault}"));
     }
+    engines::ran(0, 0);
 }
 
 const PACED: &str = "circuits/feed/paced.json";
@@ -75,7 +77,7 @@ fn a_paced_quarter_takes_the_time_of_one_without_normalisation() {
         let circuits = [0, 1].map(|normalise| {
             circuit(PACED, &[("W", 6), ("CLOCKWISE", i64::from(clockwise)), ("NORMALISE", normalise)])
         });
-        let mut benches = circuits.each_ref().map(|circuit| Simulator::new(&circuit.netlist));
+        let mut benches = circuits.each_ref().map(|circuit| simulator(&circuit.netlist));
         let mut rng = Rng::new(6);
         for r in 1..64 {
             let (from, to) = if clockwise { ((0, r), (r, 0)) } else { ((r, 0), (0, r)) };
@@ -97,13 +99,14 @@ fn a_paced_quarter_takes_the_time_of_one_without_normalisation() {
             );
         }
     }
+    engines::ran(0, 0);
 }
 
 /// A line takes exactly as long: 2^p periods.
 #[test]
 fn a_paced_line_takes_exactly_the_time_of_one_without_normalisation() {
     let circuits = [0, 1].map(|normalise| circuit(PACED, &[("W", 5), ("LINE", 1), ("NORMALISE", normalise)]));
-    let mut benches = circuits.each_ref().map(|circuit| Simulator::new(&circuit.netlist));
+    let mut benches = circuits.each_ref().map(|circuit| simulator(&circuit.netlist));
     let mut rng = Rng::new(5);
     for _ in 0..80 {
         let [dx, dy] = [0; 2].map(|_| rng.below(32) >> rng.below(5));
@@ -118,6 +121,7 @@ fn a_paced_line_takes_exactly_the_time_of_one_without_normalisation() {
             assert_eq!(ticks, if dx + dy == 0 { 0 } else { ((period << 5) >> 8) + 2 }, "({dx}, {dy})");
         }
     }
+    engines::ran(0, 0);
 }
 
 /// All quarters of 8 bits, by the algorithms.
@@ -268,7 +272,7 @@ fn faults_in_the_circuits_are_caught() {
         Ok(())
     };
     let paced: Proof = |c| {
-        let mut sim = Simulator::new(&c.netlist);
+        let mut sim = simulator(&c.netlist);
         for r in [5, 9] {
             let arc = ArcInput::between((r, 0), (0, r), false, 6);
             let circle = DdaCircle::new(arc, &NORMALISED[1]).unwrap();
@@ -410,4 +414,5 @@ fn faults_in_the_circuits_are_caught() {
         }
     }
     assert_eq!(unnoticed, [""; 0]);
+    engines::ran(0, 0);
 }

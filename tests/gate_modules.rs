@@ -6,13 +6,14 @@ mod support;
 use std::collections::HashMap;
 
 use discreta::circuit::Circuit;
-use discreta::{Input, Logic, Probe, Simulator, Value};
+use discreta::{Input, Logic, Probe, Value};
 use support::Rng;
+use support::engines::{self, Sim, simulator};
 use support::pairs::*;
 
 /// The two of a pair, running in lock-step.
 struct Bench<'c> {
-    sim: Simulator<'c>,
+    sim: Sim<'c>,
     inputs: Vec<(&'static str, Input, u32)>,
     /// Output of the gates and of the element.
     outputs: Vec<(&'static str, Probe, Probe)>,
@@ -22,7 +23,7 @@ struct Bench<'c> {
 
 impl<'c> Bench<'c> {
     fn new(pair: &Pair, circuit: &'c Circuit) -> Bench<'c> {
-        let sim = Simulator::new(&circuit.netlist);
+        let sim = simulator(&circuit.netlist);
         let inputs = pair.inputs.iter().map(|&(n, w)| (n, sim.input(n).unwrap(), w)).collect();
         let output = |of: &str, n: &str| sim.probe(&format!("{of}_{n}")).unwrap();
         let outputs = pair.outputs.iter().map(|&(n, _)| (n, output("gates", n), output("element", n))).collect();
@@ -82,6 +83,7 @@ fn combinational_modules_equal_their_elements_for_every_input() {
         compared += bench.compared;
     }
     println!("{} modules, {compared} inputs", pairs.len());
+    engines::ran(1, 1);
 }
 
 #[test]
@@ -111,6 +113,7 @@ fn wide_combinational_modules_equal_their_elements_for_random_inputs() {
             bench.apply(&values);
         }
     }
+    engines::ran(1, 1);
 }
 
 /// With x among the inputs the gates of these are as the elements are; an adder of gates makes x of the bits alone that
@@ -145,6 +148,7 @@ fn combinational_modules_take_unknowns_as_documented() {
         }
         assert_eq!(more_known == 0, exact, "{}", pair.module);
     }
+    engines::ran(1, 1);
 }
 
 /// From every state and level of the clock to every input at once, and again with the clock last.
@@ -191,6 +195,7 @@ fn registers_and_counters_make_every_transition_as_their_elements_do() {
         }
     }
     println!("{compared} comparisons");
+    engines::ran(1, 1);
 }
 
 #[test]
@@ -201,6 +206,7 @@ fn flip_flops_make_every_transition_as_their_element_does() {
             bench.apply(&[("set", 0), ("reset", 0)]);
         });
     }
+    engines::ran(1, 1);
 }
 
 /// From every state, open and closed, to every input at once.
@@ -219,6 +225,7 @@ fn latches_make_every_transition_as_their_element_does() {
             }
         }
     }
+    engines::ran(1, 1);
 }
 
 #[test]
@@ -237,6 +244,7 @@ fn accumulators_make_every_transition_as_their_elements_do() {
         }
     }
     println!("{compared} comparisons");
+    engines::ran(1, 1);
 }
 
 #[test]
@@ -272,6 +280,7 @@ fn the_flip_flop_of_nor_gates_is_the_sr_element() {
             }
         }
     }
+    engines::ran(1, 1);
 }
 
 #[test]
@@ -307,6 +316,7 @@ fn sequential_modules_equal_their_elements_in_long_random_runs() {
             bench.apply(&values);
         }
     }
+    engines::ran(1, 1);
 }
 
 /// With unknowns on the data, and known controls: where both give a known bit it is the same. (An x on a control counts
@@ -342,4 +352,5 @@ fn sequential_modules_do_not_contradict_their_elements_about_unknowns() {
         }
         assert!(known > 10_000, "{}: {known} known bits test little", pair.module);
     }
+    engines::ran(1, 1);
 }

@@ -134,6 +134,8 @@ fn of_cells(place: &str, body: &Value, all: &mut Vec<Mutant>) {
 
 fn mutants(file: &Value) -> Vec<Mutant> {
     let mut all = Vec::new();
+    let mut file = file.clone();
+    file.sort_all_objects();
     for (name, module) in file["modules"].as_object().unwrap() {
         of_cells(&format!("/modules/{name}"), module, &mut all);
     }

@@ -8,13 +8,14 @@ use std::path::PathBuf;
 
 use discreta::circuit::load_with;
 use discreta::netlist::Netlist;
-use discreta::{Logic, Probe, Simulator, SimulatorError, Value};
+use discreta::{Logic, Probe, SimulatorError, Value};
 use support::design::{CLOCKS, Design};
+use support::engines::{self, Sim, simulator};
 use support::{Rng, folder, repository};
 
 /// All that can be seen of a circuit, by name.
 struct Watch<'n> {
-    sim: Simulator<'n>,
+    sim: Sim<'n>,
     names: Vec<String>,
     probes: Vec<Probe>,
 }
@@ -23,7 +24,7 @@ impl<'n> Watch<'n> {
     fn new(netlist: &'n Netlist) -> Watch<'n> {
         let mut names: Vec<String> = netlist.signal_ids().map(|s| netlist.signal_path(s)).collect();
         names.sort();
-        let sim = Simulator::new(netlist);
+        let sim = simulator(netlist);
         let probes = names.iter().map(|n| sim.probe(n).unwrap()).collect();
         Watch { sim, names, probes }
     }
@@ -147,6 +148,7 @@ fn the_line_interpolators_do_not_depend_on_the_order_of_their_files() {
         }
         println!("{file}: 12 orders, {instants} instants, {errors} ended unsettled");
     }
+    engines::all_ran();
 }
 
 // ---- random netlists
@@ -196,4 +198,5 @@ fn random_netlists_do_not_depend_on_the_order_of_their_cells() {
     }
     println!("{instants} instants; {settled} runs settled, {unsettled} did not");
     assert!(settled > 400 && unsettled > 100, "{settled} settled, {unsettled} did not");
+    engines::ran(100, 100);
 }

@@ -8,6 +8,7 @@ use discreta::interpolate::{
 };
 use support::Rng;
 use support::bench::{Bench, circuit};
+use support::engines;
 
 /// What makes an arc of the first quadrant.
 type Core = fn(ArcInput) -> Result<Box<dyn Interpolator>, InputError>;
@@ -74,6 +75,7 @@ fn every_small_circle_and_arc() {
     let arcs: Vec<_> = circles.chain(arcs).collect();
     let clocks = draw(ARCS, 4, arcs.iter().copied());
     println!("{} arcs of 4 bits, {clocks} clocks", arcs.len());
+    engines::ran(1, 1);
 }
 
 /// Arcs of greater widths, with other centres; some begin off their circle, as `F₀` says.
@@ -107,6 +109,7 @@ fn a_sample_of_arcs_of_other_widths() {
         let clocks = draw(ARCS, bits, arcs.iter().copied());
         println!("{number} arcs of {bits} bits, {clocks} clocks");
     }
+    engines::ran(1, 1);
 }
 
 /// The increments of a line and its start point; z is for those in space.
@@ -153,6 +156,7 @@ fn every_line_up_to_8_along_each_axis() {
         }
     }
     println!("{} lines of 4 bits, {} clocks", lines.len(), draw_lines(4, &lines));
+    engines::ran(1, 1);
 }
 
 #[test]
@@ -175,4 +179,5 @@ fn a_sample_of_lines_of_other_widths() {
             .collect();
         println!("{number} lines of {bits} bits, {} clocks", draw_lines(bits, &lines));
     }
+    engines::ran(1, 1);
 }

@@ -299,3 +299,29 @@ fn the_program_makes_the_golden_traces() {
     assert!(text.contains(&format!("{scenarios} passed, 0 failed")), "{text}");
     assert_eq!(scenarios, files(Path::new("traces"), "vcd").len(), "each has a golden trace");
 }
+
+/// Byte for byte, each by an engine that is told, so that none runs on another unseen.
+#[cfg(feature = "compiled")]
+#[test]
+fn each_engine_makes_the_golden_traces() {
+    let (mut compiled, mut refused) = (0, Vec::new());
+    for path in files(Path::new("traces"), "json") {
+        let test = |engine: &str| {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_discreta"));
+            let output = command.args(["test", "--engine", engine]).arg(&path).output().unwrap();
+            (output.status.success(), format!("{output:?}"))
+        };
+        let (passed, told) = test("event");
+        assert!(passed, "{told}");
+        let (passed, told) = test("compiled");
+        compiled += usize::from(passed);
+        if !passed {
+            assert!(told.contains("cannot be compiled: it has an RC delay"), "{told}");
+            refused.push(path);
+        }
+    }
+    println!(
+        "{compiled} golden traces on the event and the compiled engine; with RC delays, on the first alone: {refused:?}"
+    );
+    assert!(compiled > 0, "{compiled}");
+}

@@ -38,7 +38,7 @@ top.u
     // the order of the patterns, a window, and the other signs
     let (_, text, _) = command("wave", &format!("{path} -s u.d -s top.q --from 10ns --to 35 --radix bin"));
     let expected = "
-     ├10 ns────├20───────├30────
+     ├10 ns────├20───────├30───
 top.u
   d  zzzzzzzzzz▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔▔
 top

@@ -8,6 +8,8 @@ use std::process::{Command, Output};
 
 use needs::needs;
 use serde_json::{Value as Json, json};
+use support::engines::{self, simulator};
+use support::runs::run_everywhere;
 use support::tool::tool;
 use support::{folder, repository};
 
@@ -146,10 +148,11 @@ fn ports_that_are_connected_to_nothing() {
     std::fs::write(folder.join("open.v"), verilog).unwrap();
     tool(&folder, "yosys", &["-q", "-p", "read_verilog open.v; prep -top top; write_json open.json"]);
     let circuit = discreta::circuit::load(folder.join("open.json")).unwrap();
-    let mut sim = discreta::Simulator::new(&circuit.netlist);
+    let mut sim = simulator(&circuit.netlist);
     sim.settle().unwrap();
     let [i, o, n] = ["u.i", "u.o", "n"].map(|n| sim.probe(n).unwrap());
     assert_eq!([&i, &o, &n].map(|p| sim.value(p).bit_string()), ["zz", "1001", "x"]);
+    engines::ran(1, 0);
 }
 
 /// Without `-top` Yosys leaves the modules that it gave parameters beside those that it made of them.
@@ -170,7 +173,7 @@ fn the_top_is_found_beside_originals_of_parametrised_modules() {
         assert!(netlist.contains(name), "{name}");
     }
     let circuit = discreta::circuit::load(folder.join("o.json")).unwrap();
-    assert!(discreta::Simulator::new(&circuit.netlist).probe("p.w.y").is_ok());
+    assert!(simulator(&circuit.netlist).probe("p.w.y").is_ok());
 }
 
 /// What `read_verilog -formal` makes of assertions.
@@ -260,7 +263,7 @@ fn what_a_newer_yosys_makes_of_verilog() {
             "clocks": { "clk": { "period": "10ns" } }, "inputs": { "rst": 1, "load": 0, "a": 1, "b": 2 },
             "stimulus": stimulus, "limit": { "time": "200ns" } } });
         write(&folder, &format!("{name}.scenario.json"), &scenario);
-        let ran = discreta(&folder, &["run", &format!("{name}.scenario.json"), "-o", &format!("{name}.vcd")]);
+        let ran = run_everywhere(&folder, &["run", &format!("{name}.scenario.json"), "-o", &format!("{name}.vcd")]);
         assert!(ran.status.success(), "{name}: {}", text(&ran.stderr));
         let differs = discreta(&folder, &[&["diff", &format!("{name}.vcd"), "icarus.vcd"][..], dont_care].concat());
         assert!(differs.status.success(), "{name}:\n{}", text(&differs.stdout));
@@ -296,7 +299,7 @@ fn wires_through_instances() {
             "netnames": {} } } });
     let path = write(&folder, "w.json", &file);
     let circuit = discreta::circuit::load(&path).unwrap();
-    let mut sim = discreta::Simulator::new(&circuit.netlist);
+    let mut sim = simulator(&circuit.netlist);
     let [a, b] = ["a", "b"].map(|n| sim.input(n).unwrap());
     let [y, copy, i] = ["y", "copy", "u.i"].map(|n| sim.probe(n).unwrap());
     sim.set(a, 0b01);
@@ -306,4 +309,5 @@ fn wires_through_instances() {
     sim.set(a, 0b10);
     sim.settle().unwrap();
     assert_eq!([&y, &copy].map(|p| sim.value(p).bit_string()), ["z101", "1x1"]);
+    engines::ran(1, 0);
 }

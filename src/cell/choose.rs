@@ -6,18 +6,42 @@ use crate::value::Word;
 use crate::value::word::{copy, word_mask, words};
 
 /// `a` where no line is 1, input k of `b` where line k alone is; x where several are or one is unknown.
-pub fn one_hot(width: u32, inputs: u32, a: &[Word], b: &[Word], s: &[Word], y: &mut [Word]) {
-    let lines = s[..words(inputs)].iter().map(|w| w.ones().count_ones()).sum::<u32>();
-    let unknown = s[..words(inputs)].iter().any(|w| w.u != 0);
-    let chosen =
-        s.iter().enumerate().find(|(_, w)| w.ones() != 0).map(|(i, w)| i as u32 * 64 + w.ones().trailing_zeros());
+pub fn one_hot(width: u32, a: &[Word], b: &[Word], s: &[Word], y: &mut [Word]) {
+    let line = line(s);
     for (i, y) in y.iter_mut().enumerate().take(words(width)) {
-        *y = match chosen {
-            _ if unknown || lines > 1 => Word::x(word_mask(width, i)),
-            Some(k) => word_of(b, k * width, width, i),
-            None => a[i],
+        *y = match line {
+            Line::None => a[i],
+            Line::One(k) => word_of(b, k * width, width, i),
+            Line::Unclear => Word::x(word_mask(width, i)),
         };
     }
+}
+
+/// Which of many lines is 1.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Line {
+    /// None is.
+    None,
+    /// This one alone is.
+    One(u32),
+    /// Several are, or one is unknown.
+    Unclear,
+}
+
+/// Which of the bits of `s` is 1.
+#[inline(always)]
+#[must_use]
+pub fn line(s: &[Word]) -> Line {
+    let mut found = Line::None;
+    for (w, i) in s.iter().zip(0..) {
+        found = match (w.v, found) {
+            _ if w.u != 0 => return Line::Unclear,
+            (0, _) => found,
+            (v, Line::None) if v.is_power_of_two() => Line::One(i * 64 + v.trailing_zeros()),
+            _ => return Line::Unclear,
+        };
+    }
+    found
 }
 
 /// Output number `s` is `a`, the others 0. Where `s` is unknown, an output that it may mean has the bits on which `a` and
@@ -74,7 +98,7 @@ mod tests {
     fn of_several_lines_nothing_is_known() {
         let pick = |s: &str| {
             let mut y = [Word::ZERO];
-            one_hot(2, 3, &words_of("2'b01"), &words_of("6'b11_10_0z"), &words_of(s), &mut y);
+            one_hot(2, &words_of("2'b01"), &words_of("6'b11_10_0z"), &words_of(s), &mut y);
             Value::from_words(&y, 2).bit_string()
         };
         assert_eq!(["3'b000", "3'b001", "3'b010", "3'b100"].map(pick), ["01", "0z", "10", "11"]);

@@ -44,7 +44,7 @@ pub fn evaluate(kind: &CellKind, ins: &[&[Word]], outs: &mut [&mut [Word]]) {
         CellKind::Power { width, b_width, a_signed, b_signed } => {
             divide::power(*width, *b_width, (*a_signed, *b_signed), ins[0], ins[1], outs[0]);
         }
-        CellKind::OneHotMux { width, inputs } => choose::one_hot(*width, *inputs, ins[0], ins[1], ins[2], outs[0]),
+        CellKind::OneHotMux { width, .. } => choose::one_hot(*width, ins[0], ins[1], ins[2], outs[0]),
         CellKind::Demux { width, select } => choose::demux(*width, *select, ins[0], ins[1][0], outs[0]),
         CellKind::BitMux { width } => choose::bit_mux(*width, ins[0], ins[1], ins[2], outs[0]),
         CellKind::BitSame { width } => choose::bit_same(*width, ins[0], ins[1], outs[0]),

@@ -35,39 +35,28 @@ pub const fn select_width(inputs: u32) -> u32 {
 /// Input number `s` of `inputs` into `y`. An x in `s` gives the bits on which all inputs that it could mean agree;
 /// a number beyond the inputs gives x.
 pub fn mux(width: u32, inputs: u32, ins: &[Word], s: Word, y: &mut [Word]) {
-    let n = words(width);
+    for (i, y) in y.iter_mut().enumerate().take(words(width)) {
+        *y = mux_word(inputs, word_mask(width, i), s, |k| word_of(ins, k * width, width, i));
+    }
+}
+
+/// The same for one machine word of each input, of which the bits of `mask` are in use.
+#[inline(always)]
+pub fn mux_word(inputs: u32, mask: u64, s: Word, input: impl Fn(u32) -> Word) -> Word {
+    let input = |k: u64| if k < u64::from(inputs) { input(k as u32) } else { Word::x(mask) };
     if s.u == 0 {
-        for (i, y) in y.iter_mut().enumerate().take(n) {
-            let in_range = s.v < u64::from(inputs);
-            *y = if in_range { word_of(ins, s.v as u32 * width, width, i) } else { Word::x(word_mask(width, i)) };
-        }
-        return;
+        return input(s.v);
     }
-    let known = s.ones();
-    for (i, y) in y.iter_mut().enumerate().take(n) {
-        let mut all = None;
-        for k in 0..1u64 << select_width(inputs) {
-            if (k ^ known) & !s.u != 0 {
-                continue;
-            }
-            let input = if k < u64::from(inputs) {
-                word_of(ins, k as u32 * width, width, i)
-            } else {
-                Word::x(word_mask(width, i))
-            };
-            all = Some(match all {
-                None => input.merge(input),
-                Some(w) => input.merge(w),
-            });
-        }
-        *y = all.unwrap_or(Word::x(word_mask(width, i)));
-    }
+    let meant = (0..1u64 << select_width(inputs)).filter(|k| (k ^ s.ones()) & !s.u == 0);
+    let all = meant.fold(None, |all: Option<Word>, k| Some(input(k).merge(all.unwrap_or(input(k)))));
+    all.unwrap_or(Word::x(mask))
 }
 
 /// A comparison. Sameness is always decided. Equality is decided as soon as one bit is certainly different; an order needs every bit.
 #[must_use]
+#[inline(always)]
 pub fn compare(op: CompareOp, width: u32, signed: bool, a: &[Word], b: &[Word]) -> Word {
-    let n = words(width);
+    let n = a.len();
     if matches!(op, CompareOp::Same | CompareOp::Differs) {
         let same = (0..n).all(|i| a[i] == b[i]);
         return Word::known(u64::from(same == (op == CompareOp::Same)));

@@ -91,12 +91,20 @@ fn an_option_means_the_same_in_every_command() {
         for arg in command.get_arguments().filter(|arg| !arg.is_positional()) {
             let long = arg.get_long().unwrap().to_owned();
             // What an interpolation prints is no report; a picture, a netlist, a table are no waveform; a comparison needs
-            // bits; and an export goes to a format, where a path goes to a point.
-            const OTHER: [(&str, &str); 6] = [
+            // bits; an export goes to a format, where a path goes to a point; and what is shown is not recorded.
+            const OTHER: [(&str, &str); 14] = [
                 ("interpolate", "format"),
                 ("plot", "output"),
+                ("draw", "output"),
+                ("view", "output"),
+                ("view", "trace"),
+                ("view", "center"),
+                ("view", "cw"),
                 ("export", "output"),
                 ("export", "to"),
+                ("wave", "from"),
+                ("wave", "to"),
+                ("wave", "signed"),
                 ("sweep", "output"),
                 ("compare", "bits"),
             ];

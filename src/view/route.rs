@@ -80,25 +80,24 @@ fn away(ideal: &Ideal, at: [i64; 3]) -> f64 {
 }
 
 /// The curve that a path follows all the way, if it is a line from its first point to its last, or in the plane an arc
-/// around the origin.
+/// around the origin: that which it follows more closely.
 #[must_use]
 pub fn followed(axes: usize, points: &[Reached]) -> Option<Ideal> {
     let (first, last) = (points.first()?.at, points.last()?.at);
-    let follows = |ideal: &Ideal| {
+    let worst = |ideal: &Ideal| {
         let mut recording = Recording::new(axes, first, away(ideal, first));
         points[1..].iter().for_each(|p| recording.push(p.at, away(ideal, p.at)));
-        recording.worst().0.abs() <= NEAR
+        recording.worst().0.abs()
     };
-    let line = Ideal::segment(first, last);
-    if first != last && follows(&line) {
-        return Some(line);
-    }
+    let line = (first != last).then(|| Ideal::segment(first, last));
     let plane = |p: [i64; 3]| [p[0] as f64, p[1] as f64];
     // the side to which the path leaves its first point
     let turn = |p: &[i64; 3]| (first[0] * (p[1] - first[1]) - first[1] * (p[0] - first[0])).signum();
-    let turn = points.iter().map(|p| turn(&p.at)).find(|&turn| turn != 0)?;
-    let arc = Ideal::arc([0.0; 2], plane(first), plane(last), turn < 0);
-    (axes == 2 && follows(&arc)).then_some(arc)
+    let turn = points.iter().map(|p| turn(&p.at)).find(|&turn| turn != 0 && axes == 2);
+    let arc = turn.map(|turn| Ideal::arc([0.0; 2], plane(first), plane(last), turn < 0));
+    // a short arc is near its chord too
+    let curves = [line, arc].into_iter().flatten().map(|curve| (worst(&curve), curve));
+    curves.filter(|c| c.0 <= NEAR).min_by(|a, b| a.0.total_cmp(&b.0)).map(|c| c.1)
 }
 
 #[cfg(test)]
@@ -116,12 +115,12 @@ mod tests {
         // a quarter of radius 5, counter-clockwise and back
         let mut arc = [[5, 0], [5, 1], [5, 2], [4, 2], [4, 3], [3, 3], [3, 4], [2, 4], [2, 5], [1, 5], [0, 5]];
         let sweep = |points: &[[i64; 2]]| match followed(2, &path(points)) {
-            Some(Ideal::Arc { sweep, radius, .. }) => (radius, (sweep * 1e6).round() / 1e6),
+            Some(Ideal::Arc { sweep, radius, .. }) => (radius, (sweep.to_degrees() * 1e6).round() / 1e6),
             other => panic!("{other:?}"),
         };
-        assert_eq!(sweep(&arc), (5.0, 1.570796));
+        assert_eq!(sweep(&arc), (5.0, 90.0));
         arc.reverse();
-        assert_eq!(sweep(&arc), (5.0, -1.570796));
+        assert_eq!(sweep(&arc), (5.0, -90.0));
         assert_eq!(followed(2, &path(&[[0, 0], [5, 0], [5, 5], [9, 5]])), None);
     }
 

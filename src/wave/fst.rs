@@ -1,6 +1,6 @@
 //! Writing FST, GTKWave's compressed format, while a run goes on.
 //!
-//! The `fst-writer` crate writes what a file says of its signals, [`section`](super::section) packs their values, some
+//! The `fst-writer` crate writes what a file says of its signals, `section` packs their values, some
 //! megabytes at a time, so memory does not grow with the run. The bytes are the same everywhere: no date, no version
 //! number. Two numbers at the beginning are known at the end only, so the destination is one that can go back.
 

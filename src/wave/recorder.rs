@@ -370,12 +370,10 @@ impl<F: Format> Recorder<F> {
             values,
             |field| places[field].written,
             |field, change| {
-                let Place { slot, at, width, .. } = places[field];
+                let Place { slot, at, width, from, to, mask, .. } = places[field];
                 let value = &mut current[at as usize];
-                match change {
-                    Change::Toggle => value.v ^= 1,
-                    Change::Set(new) => *value = new,
-                }
+                // a field may be wider than what is written of it
+                change.put(value, from, to, mask);
                 if written[at as usize] == *value || told.is_err() {
                     return;
                 }

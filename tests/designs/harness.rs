@@ -7,6 +7,7 @@ use discreta::wave::read::Waves;
 use serde_json::{Value as Json, json};
 
 use crate::compare::{Compared, Rules, compare};
+use crate::support::runs::run_everywhere;
 use crate::support::tool::tool;
 use crate::support::{folder, repository};
 
@@ -212,7 +213,8 @@ impl Design {
             "clocks": clocks, "stimulus": stimulus, "limit": { "time": self.end_at(level) } } });
         let [file, waves] = ["scenario.json", "vcd"].map(|end| folder.join(format!("{level:?}.{end}")));
         std::fs::write(&file, scenario.to_string()).unwrap();
-        tool(folder, env!("CARGO_BIN_EXE_discreta"), &["run", file.to_str().unwrap(), "-o", waves.to_str().unwrap()]);
+        let ran = run_everywhere(folder, &["run", file.to_str().unwrap(), "-o", waves.to_str().unwrap()]);
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
         Waves::open(&waves).unwrap()
     }
 

@@ -77,6 +77,7 @@ macro_rules! designs {
         #[test]
         fn $name() {
             is_what_icarus_runs(&catalogue::$name(), |_, _| {});
+            support::engines::ran(0, 0);
         }
     )* };
 }

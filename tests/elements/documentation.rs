@@ -1,14 +1,15 @@
 //! The documentation of the elements, taken at its word: the tables against `evaluate` and `clocked`, the examples by
 //! loading them.
 
+use discreta::Value;
 use discreta::cell::element::Kind;
 use discreta::cell::{self, Argument, Arguments, CellKind, Element, elements};
 use discreta::netlist::Cell;
 use discreta::value::Word;
 use discreta::value::word::words;
-use discreta::{Simulator, Value};
 use serde_json::{Map, json};
 
+use crate::support::engines::simulator;
 use crate::support::{folder, load};
 
 /// The value of every name in the examples' expressions.
@@ -341,7 +342,7 @@ fn the_examples_load_and_run() {
                              "ports": ports, "nets": internal, "cells": cells });
         let circuit = load(&folder, element.name, &json!({ "modules": { "example": module } }))
             .unwrap_or_else(|e| panic!("the example of {}:\n{e}", element.name));
-        Simulator::new(&circuit.netlist).settle().unwrap_or_else(|e| panic!("{}: {e}", element.name));
+        simulator(&circuit.netlist).settle().unwrap_or_else(|e| panic!("{}: {e}", element.name));
         let same = |c: &Cell| std::mem::discriminant(&c.kind) == std::mem::discriminant(&kind);
         assert!(circuit.netlist.cells().iter().any(same), "the example of {} makes none", element.name);
     }

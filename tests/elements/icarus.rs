@@ -7,10 +7,11 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::process::Command;
 
+use discreta::Value;
 use discreta::cell::element;
-use discreta::{Simulator, Value};
 use serde_json::{Map, json};
 
+use crate::support::engines::{self, simulator};
 use crate::support::{Rng, folder, load};
 
 /// An element with parameters, and its model.
@@ -159,7 +160,7 @@ impl Case {
     /// The outputs after each vector.
     fn simulate(&self, folder: &Path, name: &str, vectors: &[Vec<Value>]) -> Vec<String> {
         let circuit = load(folder, name, &self.circuit()).unwrap_or_else(|e| panic!("{name}: {e}"));
-        let mut sim = Simulator::new(&circuit.netlist);
+        let mut sim = simulator(&circuit.netlist);
         let inputs: Vec<_> = self.input_names().iter().map(|n| sim.input(n).unwrap()).collect();
         let outputs: Vec<_> = self.outputs.iter().map(|(n, _)| sim.probe(n).unwrap()).collect();
         let step = |vector: &Vec<Value>| {
@@ -206,6 +207,7 @@ pub fn compare(family: &str, cases: &[Case]) {
     }
     assert!(faults.is_empty(), "{family}: what differs from Icarus\n{faults}");
     println!("{family}: {} cases of {VECTORS} vectors agree", cases.len());
+    engines::ran(1, 1);
 }
 
 fn run(folder: &Path, tool: &str, arguments: &[&str]) {

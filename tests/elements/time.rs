@@ -1,9 +1,10 @@
 //! Clocks and delays against their formulas, tick by tick.
 
 use discreta::circuit::Circuit;
-use discreta::{Logic, Simulator, Value};
+use discreta::{Logic, Value};
 use serde_json::json;
 
+use crate::support::engines::{self, simulator};
 use crate::support::{Rng, folder, load};
 
 /// The elements that this file tests.
@@ -27,7 +28,7 @@ fn a_clock_is_its_formula() {
     {
         let parameters = json!({ "period": period, "high": high, "phase": phase });
         let circuit = circuit(&format!("clock_{period}_{high}_{phase}"), "1ns", "clock", 1, parameters);
-        let mut sim = Simulator::new(&circuit.netlist);
+        let mut sim = simulator(&circuit.netlist);
         let y = sim.probe("y").unwrap();
         let high = if high == 0 { period / 2 } else { high };
         for t in 0..500u64 {
@@ -36,6 +37,7 @@ fn a_clock_is_its_formula() {
             assert_eq!(sim.number(&y), Some(u64::from(expected)), "{period} {high} {phase} at {t}");
         }
     }
+    engines::ran(0, 0);
 }
 
 #[test]
@@ -43,7 +45,7 @@ fn a_delay_gives_what_was() {
     for (width, ticks) in [(1, 1), (1, 7), (8, 3), (64, 20), (70, 5)] {
         let name = format!("delay_{width}_{ticks}");
         let circuit = circuit(&name, "1ns", "delay", width, json!({ "width": width, "ticks": ticks }));
-        let mut sim = Simulator::new(&circuit.netlist);
+        let mut sim = simulator(&circuit.netlist);
         let (a, y) = (sim.input("a").unwrap(), sim.probe("y").unwrap());
         let mut rng = Rng::named(&name);
         let mut past = vec![Value::unknown(width)];
@@ -60,6 +62,7 @@ fn a_delay_gives_what_was() {
             assert_eq!(sim.value(&y), expected, "{name} at {t}");
         }
     }
+    engines::ran(0, 0);
 }
 
 /// From rest: RC·ln(1 / (1 - rise)) up and RC·ln(1 / fall) down, worked out by hand and rounded up to a tick.
@@ -79,7 +82,7 @@ fn an_rc_step_takes_the_time_that_the_textbook_says() {
         let name = format!("rc_{timescale}_{r}_{c}_{rise}");
         let parameters = json!({ "r": r, "c": c, "rise": rise, "fall": fall });
         let circuit = circuit(&name, timescale, "rc_delay", 1, parameters);
-        let mut sim = Simulator::new(&circuit.netlist);
+        let mut sim = simulator(&circuit.netlist);
         let (a, y) = (sim.input("a").unwrap(), sim.probe("y").unwrap());
         sim.set(a, 0);
         sim.settle().unwrap();
@@ -96,6 +99,7 @@ fn an_rc_step_takes_the_time_that_the_textbook_says() {
             now += 100_000_000;
         }
     }
+    engines::ran(0, 0);
 }
 
 /// A node followed tick by tick: v(t + 1) = goal + (v(t) - goal)·e^(-1/RC).
@@ -124,7 +128,7 @@ fn an_rc_node_follows_pulse_trains() {
     {
         let parameters = json!({ "r": tau.to_string(), "c": "1n", "rise": rise.to_string(), "fall": fall.to_string() });
         let circuit = circuit(&format!("rc_train_{n}"), "1ns", "rc_delay", 1, parameters);
-        let mut sim = Simulator::new(&circuit.netlist);
+        let mut sim = simulator(&circuit.netlist);
         let (a, y) = (sim.input("a").unwrap(), sim.probe("y").unwrap());
         let mut rng = Rng::new(n as u64);
         // what the voltage may be: anything, until the input has been known for long enough
@@ -152,4 +156,5 @@ fn an_rc_node_follows_pulse_trains() {
         }
         assert!(changes > 500, "{changes} changes test nothing");
     }
+    engines::ran(0, 0);
 }

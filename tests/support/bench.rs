@@ -2,8 +2,9 @@
 
 use discreta::circuit::{Circuit, load_with};
 use discreta::interpolate::{Clock, Columns, Interpolator, Stopped};
-use discreta::{Input, Probe, Simulator};
+use discreta::{Input, Probe};
 
+use super::engines::{Sim, simulator};
 use super::repository;
 
 /// A shipped circuit with a value for some of its parameters.
@@ -27,7 +28,7 @@ type Values = [u64; 13];
 /// step pulses, with `x_dir` … 1 for a step in the negative direction where the circuit has such ports. One with the ports
 /// `overflow` and `watchdog` may stop without its end, and says so there.
 pub struct Bench<'c> {
-    sim: Simulator<'c>,
+    sim: Sim<'c>,
     start: Input,
     dt: Input,
     columns: Columns,
@@ -39,7 +40,7 @@ pub struct Bench<'c> {
 
 impl<'c> Bench<'c> {
     pub fn new(circuit: &'c Circuit, columns: Columns) -> Bench<'c> {
-        let sim = Simulator::new(&circuit.netlist);
+        let sim = simulator(&circuit.netlist);
         let (start, dt) = (sim.input("start").unwrap(), sim.input("dt").unwrap());
         let axes = &["x", "y", "z"][..columns.at.len()];
         let names = columns.at.iter().chain(columns.left).chain(columns.sum).chain(&["end"]).chain(axes);

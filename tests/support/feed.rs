@@ -2,6 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
+use discreta::Value;
 use discreta::circuit::Circuit;
 use discreta::diag::Diagnostics;
 use discreta::engine::EventEngine;
@@ -10,10 +11,10 @@ use discreta::interpolate::{Clock, EfLine, Interpolator, LineInput};
 use discreta::scenario::{Control, Event, Scenario, Stop, run};
 use discreta::value::Word;
 use discreta::wave::{Layout, Sink};
-use discreta::{Simulator, Value};
 
 use super::Rng;
 use super::bench::circuit;
+use super::engines::{Sim, simulator};
 
 /// What is to be the same, and where.
 fn same<T: PartialEq + std::fmt::Debug>(found: T, expected: T, place: impl Fn() -> String) -> Result<(), String> {
@@ -23,7 +24,7 @@ fn same<T: PartialEq + std::fmt::Debug>(found: T, expected: T, place: impl Fn() 
 /// A speed block against the generator, at every edge of its clock, with pulses of the axes, shifts and waits at random:
 /// also more shifts than the register of the period has room for. Returns the pulses.
 pub fn speed_block(circuit: &Circuit, whole: u32, fraction: u32, high: u64) -> Result<u64, String> {
-    let mut sim = Simulator::new(&circuit.netlist);
+    let mut sim = simulator(&circuit.netlist);
     let input =
         ["clk", "start", "enable", "constant", "period", "shifts", "x", "y", "z"].map(|n| sim.input(n).unwrap());
     let [clk, start, enable, constant, period, shifts, x, y, z] = input;
@@ -67,14 +68,14 @@ pub fn speed_block(circuit: &Circuit, whole: u32, fraction: u32, high: u64) -> R
 
 /// A synchroniser against its store, with steps and pulses in any order that keeps the margins.
 pub fn synchroniser(circuit: &Circuit, tau: u64) -> Result<(), String> {
-    let mut sim = Simulator::new(&circuit.netlist);
+    let mut sim = simulator(&circuit.netlist);
     let [start, step, dt] = ["start", "step", "dt"].map(|n| sim.input(n).unwrap());
     let [drive, stop, waiting, full] = ["drive", "stop", "waiting", "full"].map(|n| sim.probe(n).unwrap());
     for (input, value) in [(step, 0), (dt, 0), (start, 1)] {
         sim.set(input, value);
     }
-    let settle = |sim: &mut Simulator<'_>| sim.settle().map_err(|e| e.to_string());
-    let wait = |sim: &mut Simulator<'_>, ticks| sim.run_to(sim.now() + ticks).map_err(|e| e.to_string());
+    let settle = |sim: &mut Sim<'_>| sim.settle().map_err(|e| e.to_string());
+    let wait = |sim: &mut Sim<'_>, ticks| sim.run_to(sim.now() + ticks).map_err(|e| e.to_string());
     settle(&mut sim)?;
     wait(&mut sim, 4 * tau)?;
     sim.set(start, 0);
@@ -101,7 +102,7 @@ pub fn synchroniser(circuit: &Circuit, tau: u64) -> Result<(), String> {
 /// generator at every rising edge of `clk`, and for some time after the end. It begins twice: the second START comes some
 /// ticks after the first. Returns the ticks from START to the end.
 pub fn paced(
-    sim: &mut Simulator<'_>,
+    sim: &mut Sim<'_>,
     core: &str,
     inputs: [u64; 4],
     period: u64,

@@ -3,78 +3,19 @@
 
 pub mod bench;
 pub mod design;
+pub mod engines;
 pub mod feed;
 pub mod pairs;
 pub mod proofs;
+pub mod rng;
+pub mod runs;
 pub mod tool;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use discreta::circuit::{self, Circuit};
-use discreta::{Logic, Value};
-
-/// SplitMix64: the same numbers everywhere for the same seed.
-pub struct Rng(u64);
-
-impl Rng {
-    pub fn new(seed: u64) -> Rng {
-        Rng(seed)
-    }
-
-    /// Seeded by a name, so that a new case does not change the others.
-    pub fn named(name: &str) -> Rng {
-        Rng(name.bytes().fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3)))
-    }
-
-    pub fn word(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// A number below `n`.
-    pub fn below(&mut self, n: u64) -> u64 {
-        self.word() % n
-    }
-
-    /// True once in `n` times.
-    pub fn one_in(&mut self, n: u64) -> bool {
-        self.below(n) == 0
-    }
-
-    pub fn pick<'a, T>(&mut self, from: &'a [T]) -> &'a T {
-        &from[self.below(from.len() as u64) as usize]
-    }
-
-    pub fn shuffle<T>(&mut self, list: &mut [T]) {
-        for i in (1..list.len()).rev() {
-            list.swap(i, self.below(i as u64 + 1) as usize);
-        }
-    }
-
-    /// Known bits.
-    pub fn known(&mut self, width: u32) -> Value {
-        let mut value = Value::from_u64(0, width);
-        for i in 0..width {
-            value.set_bit(i, if self.word() & 1 == 1 { Logic::One } else { Logic::Zero });
-        }
-        value
-    }
-
-    /// Bits of which each is x or z once in `n` times.
-    pub fn four_valued(&mut self, width: u32, n: u64) -> Value {
-        let mut value = self.known(width);
-        for i in 0..width {
-            if self.one_in(n) {
-                value.set_bit(i, *self.pick(&[Logic::X, Logic::Z]));
-            }
-        }
-        value
-    }
-}
+pub use rng::Rng;
 
 /// A path below the repository.
 pub fn repository(path: &str) -> PathBuf {

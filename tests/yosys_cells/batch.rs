@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use discreta::circuit::Circuit;
-use discreta::{Logic, Simulator, Value};
+use discreta::{Logic, Value};
 use serde_json::{Map, Value as Json, json};
 
+use crate::support::engines::simulator;
 use crate::support::{Rng, folder};
 
 /// A bit of an input, or 0, or 1 where the input is called so.
@@ -336,7 +337,7 @@ fn discreta(folder: &Path, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors
 
 /// The outputs of each cell after each vector.
 fn run(circuit: &Circuit, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors: usize) -> Vec<Vec<String>> {
-    let mut sim = Simulator::new(&circuit.netlist);
+    let mut sim = simulator(&circuit.netlist);
     let ports = |list: &dyn Fn(&Cell) -> Vec<&'static str>| -> Vec<Vec<String>> {
         cells.iter().enumerate().map(|(i, c)| list(c).iter().map(|p| format!("c{i}_{p}")).collect()).collect()
     };

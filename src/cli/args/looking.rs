@@ -78,7 +78,9 @@ pub struct ViewArgs {
     #[arg(short, long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
     pub output: PathBuf,
 
-    /// Open so many levels of modules in the schematic
+    /// Go so many modules and blocks down from the top
+    ///
+    /// In the schematic, instances further down are boxes.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub depth: usize,
 

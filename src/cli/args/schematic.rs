@@ -24,7 +24,9 @@ pub struct DrawArgs {
     #[arg(value_name = "CIRCUIT", value_hint = ValueHint::FilePath)]
     pub circuit: PathBuf,
 
-    /// Open instances so many levels deep; those further down are boxes
+    /// Go so many modules and blocks down from the top
+    ///
+    /// Instances further down are boxes.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub depth: usize,
 

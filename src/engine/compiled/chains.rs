@@ -144,7 +144,8 @@ fn taken(g: &mut Graph, n: Id, bit: Id, depth: u32, way: &mut Vec<Id>) -> Option
         return None;
     }
     let op = g.op(n);
-    let (a, b, join): (Id, Id, fn(&mut Graph, Id, Id) -> Id) = match op {
+    type Join = fn(&mut Graph, Id, Id) -> Id;
+    let (a, b, join): (Id, Id, Join) = match op {
         Op::And(a, b) => (a, b, Graph::and),
         Op::Or(a, b) => (a, b, Graph::or),
         Op::AndNot(a, b) => {

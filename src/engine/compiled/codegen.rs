@@ -117,6 +117,8 @@ pub(super) fn compile(graph: &Graph, plan: &Plan, shared: Shared) -> Result<Mach
 
 /// Nodes above which a tick is made of several functions: the time that one takes to be made grows faster than it does.
 const PIECE: usize = 1500;
+/// Nodes up to which it may be one all the same.
+const WHOLE: usize = 6000;
 
 /// Compiles ticks that follow each other in a circle. The code leaves it where an observed net has changed, or state that
 /// was taken to be known is not. `fresh` gives places in memory.
@@ -131,13 +133,12 @@ pub(super) fn compile_circle(
     let mut pieces: Vec<Vec<FuncId>> = Vec::new();
     for tick in ticks {
         let mut list = Vec::new();
-        if tick.chunk.nodes.len() > 2 * PIECE {
-            if !tick.chunk.aborts.is_empty() {
-                return Err("a tick of several functions cannot be left half done".into());
-            }
-            if shared.log != 0 {
-                return Err("a tick of several functions writes nothing down".into());
-            }
+        // one of several functions cannot be left half done, and what it writes down it does before it stores anything
+        let whole = !tick.chunk.aborts.is_empty() || shared.log != 0;
+        if whole && tick.chunk.nodes.len() > WHOLE {
+            return Err("it is too long".into());
+        }
+        if !whole && tick.chunk.nodes.len() > 2 * PIECE {
             let plan = split(tick, PIECE, &mut fresh);
             for chunk in &plan.chunks {
                 let name = format!("piece{}_{}", pieces.len(), list.len());

@@ -11,6 +11,7 @@ use super::machine::{Circle, Machine};
 use super::period::Period;
 use super::plan::{Half, Plan, Root, plan};
 use super::wiring::{StatePlaces, Wiring};
+use super::{WARM, WARM_NODES};
 use crate::engine::Field;
 use crate::netlist::{NetId, Netlist};
 
@@ -94,14 +95,15 @@ pub(super) struct Form {
     ticks: Map<u32, Option<Ticks>>,
     /// The loop that is stepped in each settling chunk, if one is.
     pub groups: Vec<Option<u32>>,
-    /// How many waves have run in this form.
+    /// How many waves have run in this form, and after how many ticks are made.
     pub waves: u64,
+    pub warm: u64,
     /// Single bits of state that people see as words: lanes and value planes.
     pub buses: Rc<[Vec<(u8, Half)>]>,
 }
 
 /// Nodes up to which ticks are made in one piece.
-const FUSED: usize = 2_400_000;
+const FUSED: usize = 400_000;
 
 impl Form {
     /// Compiles a form in which `unknown` slots of state, or all, may hold x or z. `end` is how many slots of memory are
@@ -146,6 +148,7 @@ impl Form {
         let constants = plan.constants.iter().map(|(root, n)| (root.half, *n, root.observed)).collect();
         let fixed = plan.constants.iter().filter(|(root, _)| w.wiring.leaves.contains(&(root.half / 2)));
         let fixed = fixed.map(|(root, n)| (root.half, *n)).collect();
+        let warm = WARM + (graph.len() / WARM_NODES) as u64;
         let small = unknown.is_some() && graph.len() <= FUSED;
         Ok(Form {
             machine,
@@ -164,6 +167,7 @@ impl Form {
             ticks: Map::default(),
             groups: plan.chunks.iter().map(|c| c.group).collect(),
             waves: 0,
+            warm,
             buses: buses(netlist, w.wiring).into(),
         })
     }

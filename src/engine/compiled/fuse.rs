@@ -20,7 +20,7 @@ use crate::netlist::Netlist;
 /// Rounds of edges that are followed.
 const ROUNDS: usize = 8;
 /// Nodes above which a tick is not worth being one piece.
-const LIMIT: usize = 600000;
+const LIMIT: usize = 100_000;
 const NONE: Id = Id::MAX;
 
 /// A tick: a graph, and the one chunk of it.
@@ -478,7 +478,8 @@ impl Fuse<'_> {
         let mut alarms: Vec<(u32, (Id, bool))> = self.alarms.drain().collect();
         alarms.sort_unstable_by_key(|a| a.0);
         for (slot, (u, read)) in alarms {
-            if read {
+            // what is written down of it is its value plane alone
+            if read || traced.iter().any(|t| t.slot == slot) {
                 self.abort_if(u);
             } else {
                 stores.push(Store { alarm: true, ..store(u, 2 * slot + 1, observed.get(&slot).copied()) });

@@ -401,6 +401,10 @@ impl Graph {
                 let k = u32::from(k);
                 if k >= n { self.shl(x, k - n) } else { self.shr(x, n - k) }
             }
+            Op::Or(x, y) if self.falls(a, n, 16) => {
+                let (x, y) = (self.shr(x, n), self.shr(y, n));
+                self.or(x, y)
+            }
             Op::Or(x, y) if self.may(x) >> n == 0 => self.shr(y, n),
             Op::Or(x, y) if self.may(y) >> n == 0 => self.shr(x, n),
             Op::Select(s, x, y) if self.value(x).is_some() && self.value(y).is_some() => {
@@ -408,6 +412,17 @@ impl Graph {
                 self.select(s, x, y)
             }
             _ => self.push(Op::Shr(a, n as u8), may),
+        }
+    }
+
+    /// Whether a shift to the right costs nothing: of pieces each is shifted less to the left, or goes.
+    fn falls(&self, a: Id, n: u32, depth: u32) -> bool {
+        match self.op(a) {
+            _ if self.may(a) >> n == 0 => true,
+            Op::Const(_) => true,
+            Op::Shl(x, k) => self.may(x) << k >> k == self.may(x) && u32::from(k) >= n,
+            Op::Or(x, y) => depth > 0 && self.falls(x, n, depth - 1) && self.falls(y, n, depth - 1),
+            _ => false,
         }
     }
 
@@ -558,6 +573,26 @@ impl Graph {
         {
             return self.select(s, a, y);
         }
+        // a value that several selects keep: one decides
+        match (self.op(a), self.op(b)) {
+            (_, Op::Select(t, x, y)) if y == a => {
+                let when = self.and_not(t, s);
+                return self.select(when, x, a);
+            }
+            (_, Op::Select(t, x, y)) if x == a => {
+                let when = self.or(s, t);
+                return self.select(when, a, y);
+            }
+            (Op::Select(t, x, y), _) if y == b => {
+                let when = self.and(s, t);
+                return self.select(when, x, b);
+            }
+            (Op::Select(t, x, y), _) if x == b => {
+                let when = self.and_not(s, t);
+                return self.select(when, y, b);
+            }
+            _ => {}
+        }
         if a == s {
             let one = self.constant(1);
             return self.select(s, one, b);
@@ -600,18 +635,50 @@ impl Graph {
         facts
     }
 
+    /// Of what each of some nodes of 0 or 1 says, one alternative after another.
+    fn alternatives(&self, node: Id) -> Vec<Map<Id, bool>> {
+        let (mut out, mut stack) = (Vec::new(), vec![node]);
+        while let Some(node) = stack.pop() {
+            match self.op(node) {
+                Op::Or(x, y) if self.may(node) == 1 && out.len() + stack.len() < 16 => stack.extend([x, y]),
+                _ => out.push(self.facts(node)),
+            }
+        }
+        out
+    }
+
     /// Whether it is plain that no two of some nodes of 0 or 1 are 1 at once.
     pub fn exclusive(&self, list: &[Id]) -> bool {
         let mut before: Vec<Map<Id, bool>> = Vec::new();
         for &node in list.iter().filter(|&&n| !self.is(n, 0)) {
-            let facts = self.facts(node);
-            let excludes = |other: &Map<Id, bool>| facts.iter().any(|(n, holds)| other.get(n) == Some(&!holds));
-            if !before.iter().all(|other| excludes(other) || self.differ(&facts, other)) {
-                return false;
+            let own = self.alternatives(node);
+            for facts in &own {
+                let excludes = |other: &Map<Id, bool>| facts.iter().any(|(n, holds)| other.get(n) == Some(&!holds));
+                if !before.iter().all(|other| excludes(other) || self.differ(facts, other)) {
+                    return false;
+                }
             }
-            before.push(facts);
+            before.extend(own);
         }
         true
+    }
+
+    /// Whether it is plain that one of some nodes of 0 or 1 is 1: they compare something with each value that it may have.
+    pub fn exhaustive(&self, list: &[Id]) -> bool {
+        let mut values: Map<Id, Vec<u64>> = Map::default();
+        for facts in list.iter().flat_map(|&node| self.alternatives(node)) {
+            if facts.len() > 1 {
+                continue;
+            }
+            if let Some((&node, true)) = facts.iter().next()
+                && let Op::Eq(x, c) = self.op(node)
+                && let Some(c) = self.value(c)
+            {
+                let of = values.entry(x).or_default();
+                of.extend((!of.contains(&c)).then_some(c));
+            }
+        }
+        values.iter().any(|(&x, of)| self.may(x).count_ones() < 8 && of.len() == 1 << self.may(x).count_ones())
     }
 
     /// Whether what two nodes say is equal to constants cannot be.

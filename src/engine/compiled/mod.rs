@@ -32,6 +32,7 @@ mod segments;
 mod steps;
 mod tick;
 mod wave;
+mod wide;
 mod wiring;
 
 use std::collections::HashMap;
@@ -55,8 +56,9 @@ const ENDLESS: usize = 1_000_008;
 const ABORTS: u32 = 64;
 /// Runs of a loop's chunk after which it is looked at step by step.
 const STEPS_COMPILED: u32 = 64;
-/// Waves in a form after which ticks are made in one piece.
+/// Waves in a form after which ticks are made in one piece, and nodes for which it is one more.
 const WARM: u64 = 16;
+const WARM_NODES: usize = 64;
 /// Waves in the four-valued form after which one is made that takes all to be known that is.
 const PATIENCE: u64 = 64;
 const NEVER: u64 = u64::MAX;

@@ -14,6 +14,9 @@ use super::memory::Put;
 use super::plan::Half;
 use super::prefix::in_rows;
 
+/// Bits of a word: the lane and the node of each.
+type Lanes = Vec<(u8, Id)>;
+
 /// The deepest logic that is packed.
 const DEEPEST: u32 = 300;
 const NONE: Id = Id::MAX;
@@ -518,7 +521,8 @@ impl Pack<'_> {
         let mut count: Map<Id, u64> = Map::default();
         lanes.iter().for_each(|&(lane, n)| *count.entry(n).or_default() |= 1 << lane);
         let mut ones = 0u64;
-        let (mut splats, mut rest): (Vec<(Id, u64)>, Vec<(u8, Id)>) = (Vec::new(), Vec::new());
+        let mut splats: Vec<(Id, u64)> = Vec::new();
+        let mut rest: Lanes = Vec::new();
         for &(lane, node) in lanes {
             match self.g.value(node) {
                 Some(0) => {}
@@ -538,8 +542,8 @@ impl Pack<'_> {
         }
         // what lies in a word already
         let mut parts: Vec<(Id, i32, u64)> = Vec::new();
-        let mut classes: Vec<((u64, u32), Vec<(u8, Id)>)> = Vec::new();
-        let mut single: Vec<(u8, Id)> = Vec::new();
+        let mut classes: Vec<((u64, u32), Lanes)> = Vec::new();
+        let mut single: Lanes = Vec::new();
         for (lane, node) in rest {
             if let Some((word, at)) = self.home(node) {
                 let by = i32::from(at) - i32::from(lane);

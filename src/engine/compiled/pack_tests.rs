@@ -111,9 +111,14 @@ fn sum(r: &mut Random, g: &mut Graph, a: &[Id], b: &[Id], mut c: Id) -> Vec<Id> 
     out
 }
 
-fn random(r: &mut Random) -> (Step, Vec<Vec<(u8, Half)>>, Vec<u64>) {
+/// The lanes of each group of state.
+type Groups = Vec<Vec<(u8, Half)>>;
+
+fn random(r: &mut Random) -> (Step, Groups, Vec<u64>) {
     let mut g = if r.below(2) == 0 { Graph::default() } else { Graph::factoring() };
-    let (mut groups, mut buses, mut masks): (Vec<Vec<(u8, Half)>>, Vec<Vec<Id>>, Vec<u64>) = Default::default();
+    let mut groups = Groups::new();
+    let mut buses: Vec<Vec<Id>> = Vec::new();
+    let mut masks: Vec<u64> = Vec::new();
     for _ in 0..3 + r.below(4) {
         let width = 3 + r.below(20);
         let (first, up) = (masks.len() as Half, r.below(5) != 0);

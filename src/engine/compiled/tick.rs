@@ -3,7 +3,7 @@
 use super::changes::Times;
 use super::form::Wanted;
 use super::period::SHORT;
-use super::{ABORTS, CompiledEngine, NEVER, WARM, bit_of};
+use super::{ABORTS, CompiledEngine, NEVER, bit_of};
 use crate::engine::Unsettled;
 use crate::value::Word;
 
@@ -17,7 +17,7 @@ impl CompiledEngine<'_> {
             return None;
         }
         let form = &mut self.forms[number];
-        if form.waves < WARM || !form.doubtful.is_empty() || self.watches.iter().any(|w| !w.seen) {
+        if form.waves < form.warm || !form.doubtful.is_empty() || self.watches.iter().any(|w| !w.seen) {
             return None;
         }
         // borrows less than `wanted` does

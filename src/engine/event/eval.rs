@@ -3,7 +3,8 @@
 use super::super::UnknownControl;
 use super::memory::Memories;
 use super::program::{Code, General, Meta, ONE, Op, Operand, Part, Program, Store, StoreCode, flag};
-use crate::cell::{GateOp, arith, clocked, counter, evaluate, storage};
+use crate::cell::choose::{self, Line};
+use crate::cell::{GateOp, arith, clocked, counter, evaluate, select, storage};
 use crate::netlist::NetId;
 use crate::value::Word;
 use crate::value::word::{copy, mask, words};
@@ -224,6 +225,20 @@ impl State {
                     _ => self.read(op.a, m).merge(self.read(op.b, m)),
                 }
             }
+            Code::Mux => {
+                let inputs = &p.pool[op.ext as usize..];
+                select::mux_word(op.count, m, self.read(op.c, mask(select::select_width(op.count))), |k| {
+                    self.read(inputs[k as usize].0, m)
+                })
+            }
+            Code::OneHotMux => match choose::line(&[self.read(op.c, mask(op.count))]) {
+                Line::None => self.read(op.a, m),
+                Line::One(k) => self.read(p.pool[(op.ext + k) as usize].0, m),
+                Line::Unclear => Word::x(m),
+            },
+            Code::Compare { op: compare, signed } => {
+                select::compare(compare, op.count, signed, &[self.read(op.a, m)], &[self.read(op.b, m)])
+            }
             Code::HalfAdder | Code::FullAdder => {
                 let (a, b) = (self.read(op.a, 1), self.read(op.b, 1));
                 let (s, co) = if op.code == Code::HalfAdder {
@@ -272,6 +287,7 @@ impl State {
             }
             Code::MemoryRead => return self.memory_read::<STAGED>(p, op),
             Code::MemoryWrite => return self.memory_write::<STAGED>(p, op),
+            Code::Narrow => return self.narrow::<STAGED>(p, op),
             Code::General => return self.general::<STAGED>(p, op),
         };
         self.out::<STAGED>(p, op.y, y);
@@ -395,6 +411,21 @@ impl State {
             at = end;
         }
         bounds
+    }
+
+    fn narrow<const STAGED: bool>(&mut self, p: &Program, op: &Op) {
+        let cell = &p.narrows[op.ext as usize];
+        let mut ins = [Word::ZERO; PINS];
+        for (to, &(o, width)) in ins.iter_mut().zip(&p.pool[cell.pins.clone()]) {
+            *to = self.read(o, mask(width));
+        }
+        let [mut y, mut y2, mut y3] = [[Word::ZERO]; 3];
+        let ins = ins.each_ref().map(std::slice::from_ref);
+        let mut outs: [&mut [Word]; 3] = [&mut y, &mut y2, &mut y3];
+        evaluate(&cell.kind, &ins[..cell.pins.len()], &mut outs[..cell.outputs.len()]);
+        for (&slot, y) in cell.outputs.iter().zip([y, y2, y3]) {
+            self.out::<STAGED>(p, slot, y[0]);
+        }
     }
 
     fn general<const STAGED: bool>(&mut self, p: &Program, op: &Op) {

@@ -5,8 +5,9 @@
 
 use std::collections::HashSet;
 
-use super::build::{BLANK, Build, part};
+use super::build::{BLANK, Build};
 use super::eval::State;
+use super::operands::part;
 use super::program::{
     Code, ControlPin, MemoryCell, MemoryRead, MemoryWrite, ONE, Op, Operand, Pool, Program, Store, StoreCode, ZERO,
 };
@@ -208,6 +209,11 @@ impl Memories {
 }
 
 impl Memories {
+    /// The bytes of all contents.
+    pub fn bytes(&self) -> usize {
+        self.contents.iter().map(|words| size_of_val(&**words)).sum()
+    }
+
     /// What the memory of a number holds.
     pub fn contents(&self, number: usize) -> &[Word] {
         &self.contents[number]

@@ -3,8 +3,8 @@
 //! Operations stand in evaluation order and a change marks its readers in a bit set, so within a wave every operation
 //! outside a feedback loop runs at most once and after all that it reads. Loops are iterated in steps in which all
 //! members see the values before the step, so no result depends on the order of cells. `program` holds the netlist in
-//! arrays, `build` and `link` make it, `eval` runs one operation, `settle` one wave, `queue` keeps what is to come; `memory`
-//! is what memories need of all of these.
+//! arrays; `build`, `operands`, `stores` and `link` make it; `eval` runs one operation, `settle` one wave, `queue` keeps
+//! what is to come; `memory` is what memories need of all of these; `size` counts bytes.
 
 mod build;
 mod eval;
@@ -12,9 +12,12 @@ mod link;
 mod memory;
 #[cfg(test)]
 mod memory_tests;
+mod operands;
 mod program;
 mod queue;
 mod settle;
+mod size;
+mod stores;
 #[cfg(test)]
 mod tests;
 
@@ -69,6 +72,7 @@ pub struct EventEngine {
     now: u64,
     started: bool,
     widths: Vec<u32>,
+    cells: usize,
 }
 
 impl EventEngine {
@@ -79,7 +83,8 @@ impl EventEngine {
         let state = State::new(&program);
         let queue = Queue::new(&program);
         let widths = netlist.nets().iter().map(|n| n.width).collect();
-        let mut engine = EventEngine { program, state, queue, now: 0, started: false, widths };
+        let cells = netlist.cells().len();
+        let mut engine = EventEngine { program, state, queue, now: 0, started: false, widths, cells };
         for i in 0..engine.program.clock_cells.len() {
             let (slot, clock) = engine.program.clock_cells[i];
             engine.start_clock(slot, clock);
@@ -245,6 +250,7 @@ impl Engine for EventEngine {
     }
 
     fn summary(&self) -> String {
-        format!("engine event, {} net changes", self.state.events)
+        let bytes = self.bytes() / self.cells.max(1);
+        format!("engine event, {} net changes, {bytes} bytes a cell", self.state.events)
     }
 }

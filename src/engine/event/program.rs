@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::cell::{CellKind, GateOp, Memory};
+use crate::cell::{CellKind, CompareOp, GateOp, Memory};
 use crate::netlist::{CellId, NetId};
 use crate::value::Word;
 
@@ -30,7 +30,7 @@ pub(super) struct Operand {
 pub(super) const ZERO: Operand = Operand { slot: 0, shift: 0, part: Part::Whole };
 pub(super) const ONE: Operand = Operand { slot: 1, shift: 0, part: Part::Whole };
 
-/// What an operation does. All but the last four have operands of at most 64 bits.
+/// What an operation does. All but the last have operands of at most 64 bits.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Code {
     Buf,
@@ -48,6 +48,15 @@ pub(super) enum Code {
     /// `count` pairs of input and select from the pool.
     AndOrN,
     Mux2,
+    /// Of `count` operands from the pool the one that `c` says.
+    Mux,
+    /// Of `count` operands from the pool the one whose bit of `c` is 1, or `a`.
+    OneHotMux,
+    /// `a` and `b` of `count` bits.
+    Compare {
+        op: CompareOp,
+        signed: bool,
+    },
     HalfAdder,
     FullAdder,
     Add,
@@ -66,6 +75,8 @@ pub(super) enum Code {
     MemoryRead,
     /// The write ports of memory number `ext` that have no clock.
     MemoryWrite,
+    /// Cell number `ext` of the narrow ones.
+    Narrow,
     /// Cell number `ext` of the general ones.
     General,
 }
@@ -143,6 +154,15 @@ impl Store {
         reset_value: Word::ZERO,
         general: 0,
     };
+}
+
+/// A cell without state and with no pin of more than 64 bits, evaluated through the reference functions.
+#[derive(Clone, Debug)]
+pub(super) struct Narrow {
+    pub kind: CellKind,
+    pub pins: Pool,
+    /// The slot of each output.
+    pub outputs: Vec<u32>,
 }
 
 /// A cell of any kind and width, evaluated through the reference functions of the cell room.
@@ -273,6 +293,7 @@ pub(super) struct Program {
     /// Operations of each group that only bring bits together.
     pub group_gathers: Vec<Vec<u32>>,
     pub stores: Vec<Store>,
+    pub narrows: Vec<Narrow>,
     pub generals: Vec<General>,
     pub memories: Vec<MemoryCell>,
     pub clocks: Vec<ClockPin>,

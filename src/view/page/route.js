@@ -121,7 +121,18 @@ class Route {
       context.globalAlpha = 1;
     }
   }
+
+  // Says where the point is.
+  tell() {
+    const { index, data } = this;
+    const names = ["x", "y", "z"].slice(0, data.axes);
+    const at = names.map((name, axis) => `${name} = ${data.points[axis][index]}`).join(", ");
+    const off = data.off.length ? `, ${(Math.abs(data.off[index]) / 1000).toFixed(2)} BLU off the ideal curve` : "";
+    this.say.textContent = `${data.unit} ${index}: ${at}${off}`;
+  }
+
   draw() {
+    this.tell(); // also before the picture has its size
     if (!this.frames) return;
     const context = fit(this.canvas, this.width, this.height);
     context.clearRect(0, 0, this.width, this.height);
@@ -140,9 +151,5 @@ class Route {
       context.fill();
       context.stroke();
     }
-    const names = ["x", "y", "z"].slice(0, data.axes);
-    const at = names.map((name, axis) => `${name} = ${data.points[axis][index]}`).join(", ");
-    const off = data.off.length ? `, ${(Math.abs(data.off[index]) / 1000).toFixed(2)} BLU off the ideal curve` : "";
-    this.say.textContent = `${data.unit} ${index}: ${at}${off}`;
   }
 }

@@ -5,11 +5,12 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use discreta::{Simulator, Value};
+use discreta::Value;
 
 use super::design::Design;
 use super::generate::FRAME;
 use crate::batch::{OWN, library};
+use crate::support::engines::{Sim, simulator};
 
 /// Units of time that the bench takes before the first tick, to give all state its first value.
 const WARM: u64 = 10;
@@ -213,7 +214,7 @@ pub fn compare_files(folder: &Path, designs: &[Design], models: &str, files: &[P
             circuit
         })
         .collect();
-    let mut sims: Vec<Simulator> = circuits.iter().map(|c| Simulator::new(&c.netlist)).collect();
+    let mut sims: Vec<Sim> = circuits.iter().map(|c| simulator(&c.netlist)).collect();
     // what a name in the waveform is
     let mut nets: Vec<Vec<Net>> = Vec::new();
     let mut named: HashMap<String, (usize, usize)> = HashMap::new();
