@@ -20,8 +20,8 @@ use discreta::wave::{Batch, Layout, Sink};
 use fst_writer::{FstFileType, FstHeaderWriter, FstInfo, FstScopeType, FstSignalType, FstVarDirection, FstVarType};
 
 /// Runs of which the median is taken.
-const RUNS: usize = 7;
-const TICKS: u64 = 100_000;
+const RUNS: usize = 5;
+const TICKS: u64 = 500_000;
 /// Widths of the variables, all of which change at each tick.
 const WIDTHS: [u32; 12] = [1, 1, 1, 1, 1, 1, 5, 8, 16, 32, 32, 32];
 
@@ -244,7 +244,7 @@ fn main() {
     traced::choices();
 }
 
-/// A long line of gates, of which nothing, a net that changes once, a register or everything is traced.
+/// A long line at register level, of which nothing, a net that changes once, a register or everything is traced.
 #[cfg(feature = "compiled")]
 mod traced {
     use std::path::Path;
@@ -262,7 +262,7 @@ mod traced {
 
     /// Clocks of a short run, which is taken off a long one, so that the making of code is not in it.
     const SHORT: u64 = 1_000;
-    const CLOCKS: u64 = 100_000;
+    const CLOCKS: u64 = 2_000_000;
     const PERIOD: u64 = 20;
 
     /// Seconds and bytes of so many clocks.
@@ -281,7 +281,7 @@ mod traced {
             trace: trace.to_vec(),
             ..Scenario::default()
         };
-        let mut engine = CompiledEngine::new(netlist).expect("gates are compiled");
+        let mut engine = CompiledEngine::new(netlist).expect("registers are compiled");
         let mut to = Counted::default();
         let mut vcd = VcdWriter::new(&mut to);
         let sink: Option<&mut dyn Sink> = if trace.is_empty() { None } else { Some(&mut vcd) };
@@ -299,7 +299,7 @@ mod traced {
     }
 
     pub fn choices() {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("circuits/evaluation/line_gates.json");
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("circuits/evaluation/line.json");
         let circuit = discreta::circuit::load_with(file, &[("W", 24)]).expect("it is shipped");
         let netlist = &circuit.netlist;
         let named = |name: &str| vec![netlist.find(name).expect("the circuit has it")];

@@ -210,13 +210,14 @@ impl Full {
             if none > 0 {
                 number(&mut offsets, std::mem::take(&mut none) << 1);
             }
+            // a reader unpacks those that are the same once each
+            needed += changes.len() as u64;
             let alike = known.entry(key(*width, changes)).or_default();
             if let Some(&same) = alike.iter().find(|&&other| self.signals[other].1 == *changes) {
                 signed(&mut offsets, -(same as i64 + 1) << 1 | 1);
                 continue;
             }
             alike.push(i);
-            needed += changes.len() as u64;
             let start = out.len() - base;
             signed(&mut offsets, ((start - last) as i64) << 1 | 1);
             last = start;
