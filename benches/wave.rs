@@ -206,7 +206,8 @@ fn median(mut times: Vec<f64>) -> f64 {
 
 fn values() {
     let records = records();
-    let ways: [(&str, &dyn Fn() -> (u64, f64)); 6] = [
+    type Way<'r> = &'r dyn Fn() -> (u64, f64);
+    let ways: [(&str, Way<'_>); 6] = [
         ("VCD, ours", &|| timed(vcd_ours)),
         ("VCD, ours, by the batch", &|| by_batch(&records, false)),
         ("VCD, crate `vcd`", &|| timed(vcd_crate)),
