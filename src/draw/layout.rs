@@ -312,7 +312,7 @@ fn read(
 /// Has ELK lay out a graph.
 #[cfg(not(feature = "draw"))]
 fn run(_: &Value) -> Result<Value, Refusal> {
-    Err(Refusal::Layout("discreta was built without it, see the feature `draw`".to_owned()))
+    Err(Refusal::NotBuilt)
 }
 
 /// Has ELK lay out a graph.
