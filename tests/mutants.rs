@@ -2,6 +2,8 @@
 //!
 //! The changes are drawn from a generator with a fixed seed, so that a failure can be had again by its number.
 
+mod support;
+
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -9,6 +11,7 @@ use std::time::{Duration, Instant};
 use discreta::circuit::{Limits, Loader};
 use discreta::engine::EventEngine;
 use discreta::scenario::{Control, Scenario};
+use support::Rng;
 
 /// No mutant may take longer.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -16,27 +19,6 @@ const PATIENCE: Duration = Duration::from_secs(20);
 const MUTANTS: u64 = 2000;
 /// Ticks that a mutant runs.
 const TICKS: u64 = 1000;
-
-/// Numbers that look random (SplitMix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.next() % n as u64) as usize
-    }
-
-    fn of<'a, T: ?Sized>(&mut self, list: &[&'a T]) -> &'a T {
-        list[self.below(list.len())]
-    }
-}
 
 /// What a number or text of a file may become.
 const VALUES: &[&str] = &[
@@ -132,39 +114,42 @@ fn tokens(text: &str) -> Vec<std::ops::Range<usize>> {
 
 /// A good file with one to three things wrong.
 fn mutant(good: &str, number: u64) -> Vec<u8> {
-    let mut random = Random(number);
+    let mut random = Rng::new(number);
     let mut text = good.to_owned();
     if number.is_multiple_of(4) {
         for _ in 0..=random.below(3) {
-            let group = GROUPS[random.below(GROUPS.len())];
+            let group = random.pick(GROUPS);
             let found: Vec<_> = tokens(&text).into_iter().filter(|t| group.contains(&&text[t.clone()])).collect();
             if !found.is_empty() {
-                text.replace_range(found[random.below(found.len())].clone(), random.of(group));
+                text.replace_range(random.pick(&found).clone(), random.pick::<&str>(group));
             }
         }
         return text.into_bytes();
     }
     for _ in 0..=random.below(3) {
         let tokens = tokens(&text);
-        let (one, other) = (tokens[random.below(tokens.len())].clone(), tokens[random.below(tokens.len())].clone());
+        let (one, other) = (random.pick(&tokens).clone(), random.pick(&tokens).clone());
         match random.below(8) {
             // a value becomes another one of the file, or a strange one
             0..=2 => {
                 let new = text[other].to_owned();
                 text.replace_range(one, &new);
             }
-            3 | 4 => text.replace_range(one, random.of(VALUES)),
+            3 | 4 => text.replace_range(one, random.pick::<&str>(VALUES)),
             // a letter of a token changes
             5 => {
-                let at = one.start + random.below(one.len());
+                let at = one.start + random.below(one.len() as u64) as usize;
                 if text.is_char_boundary(at) && text.is_char_boundary(at + 1) {
-                    text.replace_range(at..=at, random.of(&["a", "0", "9", "[", "]", ":", "(", "+", "'", "\\", "é"]));
+                    text.replace_range(
+                        at..=at,
+                        random.pick::<&str>(&["a", "0", "9", "[", "]", ":", "(", "+", "'", "\\", "é"]),
+                    );
                 }
             }
             // lines go, or come twice
             6 => {
                 let mut lines: Vec<&str> = text.lines().collect();
-                let at = random.below(lines.len());
+                let at = random.below(lines.len() as u64) as usize;
                 if random.below(2) == 0 {
                     lines.remove(at);
                 } else {
@@ -176,9 +161,9 @@ fn mutant(good: &str, number: u64) -> Vec<u8> {
             _ => {
                 let mut bytes = text.into_bytes();
                 for _ in 0..=random.below(4) {
-                    let at = random.below(bytes.len());
+                    let at = random.below(bytes.len() as u64) as usize;
                     match random.below(3) {
-                        0 => bytes[at] = random.next() as u8,
+                        0 => bytes[at] = random.word() as u8,
                         1 => drop(bytes.remove(at)),
                         _ => bytes.truncate(at + 1),
                     }

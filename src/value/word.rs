@@ -69,6 +69,21 @@ impl Word {
         Word { v: mask, u: mask }
     }
 
+    /// With some bits x.
+    #[inline(always)]
+    #[must_use]
+    pub const fn with_x(self, bits: u64) -> Word {
+        let x = Word::x(bits);
+        Word { v: self.v & !bits | x.v, u: self.u & !bits | x.u }
+    }
+
+    /// The bits in which it is another than `o`.
+    #[inline(always)]
+    #[must_use]
+    pub const fn difference(self, o: Word) -> u64 {
+        (self.v ^ o.v) | (self.u ^ o.u)
+    }
+
     /// Bit 0 in every bit of `mask`, as `{n{bit}}` does.
     #[inline(always)]
     #[must_use]

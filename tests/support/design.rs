@@ -76,6 +76,9 @@ fn any_kind(rng: &mut Rng) -> CellKind {
         1 => K::Mux { width, inputs: 1 + rng.below(9) as u32 },
         2 => K::AndOr { width, inputs: 1 + rng.below(4) as u32 },
         3 => K::HalfAdder,
+        4 if rng.one_in(3) => {
+            K::Multiply { a_width: *rng.pick(&[5, 70, 128]), b_width: *rng.pick(&[65, 70, 130]), signed }
+        }
         4 => K::Multiply { a_width: narrow, b_width: other, signed },
         5 => {
             use CompareOp::{Differs, Eq, Ge, Gt, Le, Lt, Ne, Same};
@@ -84,11 +87,21 @@ fn any_kind(rng: &mut Rng) -> CellKind {
         6 => {
             use ShiftOp::{Both, Left, Part, PartSigned, Right, RightSigned};
             let op = *rng.pick(&[Left, Right, RightSigned, Both, Part, PartSigned]);
+            if rng.one_in(3) {
+                let b_width = *rng.pick(&[3, 8, 70, 130]);
+                return K::Shift {
+                    op,
+                    a_width: *rng.pick(&[1, 64, 70, 128, 200]),
+                    b_width,
+                    width: *rng.pick(&[4, 70, 256]),
+                };
+            }
             K::Shift { op, a_width: narrow, b_width: other, width: *rng.pick(&[1, 4, 64]) }
         }
         7 => {
             use DivideOp::{Floor, Modulo, Quotient, Remainder};
-            K::Divide { op: *rng.pick(&[Quotient, Remainder, Floor, Modulo]), width: narrow, signed }
+            let width = if rng.one_in(3) { *rng.pick(&[65, 100, 128]) } else { narrow };
+            K::Divide { op: *rng.pick(&[Quotient, Remainder, Floor, Modulo]), width, signed }
         }
         8 => K::OneHotMux { width, inputs: *rng.pick(&[1, 2, 3, 5, 66]) },
         9 => K::Demux { width, select: 1 + rng.below(3) as u32 },
@@ -105,6 +118,7 @@ fn any_kind(rng: &mut Rng) -> CellKind {
         17 => K::EdgeFlop(Box::new(flop(rng, width))),
         18 => K::Adder { op: *rng.pick(&[AddOp::Add, AddOp::Sub, AddOp::AddSub]), width },
         19 => K::Constant(Box::new(rng.four_valued(4, 5))),
+        20 => K::Power { width: narrow, b_width: *rng.pick(&[1, 3, 8]), a_signed: signed, b_signed: rng.one_in(2) },
         _ => loop {
             let kind = kind(rng);
             if !matches!(kind, K::Delay { .. } | K::RcDelay(_)) {

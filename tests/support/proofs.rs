@@ -70,8 +70,10 @@ pub const PROOFS: &[Proof] = &[
     Proof { path: "dda/curve_gates.json", parameters: &[("W", 5)], cases: curves },
     Proof { path: "three_axis/line.json", parameters: &[("W", 2)], cases: ef_lines_3d },
     Proof { path: "three_axis/line_gates.json", parameters: &[("W", 2)], cases: ef_lines_3d },
-    Proof { path: "three_axis/dda_line.json", parameters: &[("W", 2)], cases: dda_lines_3d },
-    Proof { path: "three_axis/dda_line_gates.json", parameters: &[("W", 2)], cases: dda_lines_3d },
+    Proof { path: "three_axis/dda_line.json", parameters: &[("W", 2)], cases: || dda_lines_3d(false) },
+    Proof { path: "three_axis/dda_line.json", parameters: HALF_3D, cases: || dda_lines_3d(true) },
+    Proof { path: "three_axis/dda_line_gates.json", parameters: &[("W", 2)], cases: || dda_lines_3d(false) },
+    Proof { path: "three_axis/dda_line_gates.json", parameters: HALF_3D, cases: || dda_lines_3d(true) },
     Proof { path: "dda/line.json", parameters: &[("W", 3)], cases: || dda_lines(PLAIN) },
     Proof {
         path: "dda/line.json",
@@ -298,10 +300,11 @@ fn ef_lines_3d() -> Vec<Case> {
     lines_3d(|input| Box::new(EfLine3d::new(input).unwrap()))
 }
 
-fn dda_lines_3d() -> Vec<Case> {
-    lines_3d(|input| Box::new(DdaLine3d::new(input, false).unwrap()))
+fn dda_lines_3d(half_preload: bool) -> Vec<Case> {
+    lines_3d(move |input| Box::new(DdaLine3d::new(input, half_preload).unwrap()))
 }
 
+const HALF_3D: &[(&str, i64)] = &[("W", 2), ("HALF_PRELOAD", 1)];
 const PLAIN: Options =
     Options { as_printed: false, half_preload: false, parallel: false, normalise: false, centred: false };
 const HALF_NORMALISED: Options = Options { half_preload: true, normalise: true, ..PLAIN };

@@ -2,6 +2,7 @@
 
 use super::four::{Bits, Two, append, slice};
 use super::graph::{Graph, Id};
+use super::wide;
 use crate::cell::{AddOp, Alu, CellKind, CompareOp, DivideOp, ShiftOp};
 use crate::value::Word;
 use crate::value::word::{mask, word_mask, words};
@@ -53,12 +54,24 @@ pub(super) fn combinational(g: &mut Graph, kind: &CellKind, ins: &[Bits]) -> Vec
             let (y, co) = g.sum(*width, &ins[0], &ins[1], ins[2][0], sub);
             return vec![y, vec![co]];
         }
-        CellKind::Multiply { a_width, b_width, signed } => multiply(g, *a_width, *b_width, *signed, ins),
+        CellKind::Multiply { a_width, b_width, signed } if *a_width.max(b_width) <= 64 => {
+            multiply(g, *a_width, *b_width, *signed, ins)
+        }
+        CellKind::Multiply { a_width, b_width, signed } => wide::multiply(g, (*a_width, *b_width), *signed, ins),
         CellKind::Compare { op, width, signed } => vec![compare(g, *op, *width, *signed, &ins[0], &ins[1])],
-        CellKind::Shift { op, a_width, b_width, width } => {
+        CellKind::Shift { op, a_width, b_width, width } if *a_width.max(b_width).max(width) <= 64 => {
             vec![shift(g, *op, (*a_width, *b_width, *width), ins[0][0], ins[1][0])]
         }
-        CellKind::Divide { op, width, signed } => vec![divide(g, *op, *width, *signed, ins[0][0], ins[1][0])],
+        CellKind::Shift { op, a_width, b_width, width } => {
+            wide::shift(g, *op, (*a_width, *b_width, *width), &ins[0], &ins[1])
+        }
+        CellKind::Divide { op, width, signed } if *width <= 64 => {
+            vec![divide(g, *op, *width, *signed, ins[0][0], ins[1][0])]
+        }
+        CellKind::Divide { op, width, signed } => wide::divide(g, *op, *width, *signed, ins),
+        CellKind::Power { width, b_width, a_signed, b_signed } => {
+            vec![wide::power(g, (*width, *b_width), (*a_signed, *b_signed), ins[0][0], ins[1][0])]
+        }
         CellKind::OneHotMux { width, inputs } => one_hot(g, *width, *inputs, ins),
         CellKind::Demux { width, select } => demux(g, *width, *select, &ins[0], ins[1][0]),
         CellKind::BitMux { width } => (0..words(*width))

@@ -10,6 +10,7 @@ use super::four::{Bits, Two, append, slice};
 use super::graph::{Graph, Id};
 use super::memory;
 use super::peek::part;
+use super::wide;
 use super::wiring::{MemoryPlace, Part, clocked_parts, is_state};
 use crate::cell::memory::pin::{RD_ADDR, RD_ARST, RD_EN, RD_SRST, WR_ADDR, WR_DATA, WR_EN};
 use crate::cell::{CellKind, Flop, GateOp, Memory, Role};
@@ -65,20 +66,17 @@ pub(super) struct Lowered {
 
 /// Why a cell cannot be compiled.
 pub(super) fn unsupported(kind: &CellKind) -> Option<&'static str> {
-    let narrow = |w: u32| w <= 64;
     match kind {
         CellKind::Delay { .. } => Some("a delay"),
         CellKind::RcDelay(_) => Some("an RC delay"),
-        CellKind::Power { .. } => Some("a power"),
+        CellKind::Power { width, b_width, .. } if *width.max(b_width) > 64 => Some("a power of more than 64 bits"),
         CellKind::Memory(m) if m.writes.iter().any(|w| w.clock.is_none()) => Some("a memory that is written by level"),
-        CellKind::Multiply { a_width, b_width, .. } if !narrow(*a_width) || !narrow(*b_width) => {
-            Some("a multiplier of more than 64 bits")
+        CellKind::Multiply { a_width, b_width, .. } if a_width + b_width > wide::MOST_BITS => {
+            Some("a multiplier of more than 1024 bits")
         }
-        CellKind::Divide { width, .. } if !narrow(*width) => Some("a divider of more than 64 bits"),
-        CellKind::Shift { a_width, b_width, width, .. }
-            if !narrow(*a_width) || !narrow(*b_width) || !narrow(*width) =>
-        {
-            Some("a shifter of more than 64 bits")
+        CellKind::Divide { width, .. } if *width > wide::MOST_DIVIDED => Some("a divider of more than 128 bits"),
+        CellKind::Shift { a_width, width, .. } if *a_width.max(width) > wide::MOST_BITS => {
+            Some("a shifter of more than 1024 bits")
         }
         _ => None,
     }

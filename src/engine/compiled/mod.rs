@@ -32,6 +32,7 @@ mod segments;
 mod steps;
 mod tick;
 mod wave;
+mod wide;
 mod wiring;
 
 use std::collections::HashMap;

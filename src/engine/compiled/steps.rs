@@ -11,6 +11,8 @@ use crate::value::word::words;
 const ENDLESS: usize = 1_000_000;
 /// Steps in which the nets that keep changing are looked for.
 const SHOWN: usize = 4096;
+/// Steps that what is x has to get round the loop.
+const STEPS: usize = 64;
 
 /// What stepping needs room for.
 #[derive(Debug, Default)]
@@ -49,20 +51,50 @@ impl Steps {
                 next_snapshot *= 2;
             }
         }
+        Err(self.endless(netlist, wiring, memory, cells, &mut peeked))
+    }
+
+    /// The nets of an endless loop that keep changing, the bits that do made x, as in the event engine.
+    fn endless(
+        &mut self,
+        netlist: &Netlist,
+        wiring: &Wiring,
+        memory: &mut [Word],
+        cells: &[CellId],
+        peeked: &mut Peeked,
+    ) -> Vec<NetId> {
         let start = self.snapshot(netlist, wiring, memory, cells);
-        let outputs = outputs(netlist, cells);
-        let mut changing = vec![false; outputs.len()];
+        let mut changing = vec![0; start.len()];
+        let mut before = start.clone();
         for _ in 0..SHOWN {
-            let before: Vec<Vec<Word>> = outputs.iter().map(|&n| held(netlist, wiring, memory, n).to_vec()).collect();
-            self.step(netlist, wiring, memory, cells, &mut peeked);
-            for (k, &net) in outputs.iter().enumerate() {
-                changing[k] |= held(netlist, wiring, memory, net) != before[k];
+            self.step(netlist, wiring, memory, cells, peeked);
+            let after = self.snapshot(netlist, wiring, memory, cells);
+            for (bits, (old, new)) in changing.iter_mut().zip(before.iter().zip(&after)) {
+                *bits |= old.difference(*new);
             }
-            if self.snapshot(netlist, wiring, memory, cells) == start {
+            if after == start {
+                break;
+            }
+            before = after;
+        }
+        let (mut at, mut nets) = (0, Vec::new());
+        for net in outputs(netlist, cells) {
+            let slot = wiring.slot[net.index()].expect("what loops have has a place") as usize;
+            let n = words(netlist.net(net).width);
+            for (word, &bits) in memory[slot..slot + n].iter_mut().zip(&changing[at..]) {
+                *word = word.with_x(bits);
+            }
+            if changing[at..at + n].iter().any(|&bits| bits != 0) {
+                nets.push(net);
+            }
+            at += n;
+        }
+        for _ in 0..STEPS {
+            if !self.step(netlist, wiring, memory, cells, peeked) {
                 break;
             }
         }
-        Err(outputs.into_iter().zip(changing).filter(|(_, c)| *c).map(|(net, _)| net).collect())
+        nets
     }
 
     fn snapshot(&mut self, netlist: &Netlist, wiring: &Wiring, memory: &[Word], cells: &[CellId]) -> Vec<Word> {

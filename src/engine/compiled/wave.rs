@@ -144,26 +144,32 @@ impl CompiledEngine<'_> {
                         let bit = codegen::dirty_bit(form.settling, number as u32).1;
                         *half(&mut self.memory, at) &= !bit;
                         let settled = self.steps.run(self.netlist, &self.wiring, &mut self.memory, group as usize);
-                        match settled {
-                            // from what they came to the code goes on
-                            Ok(()) => {
-                                for &cell in &self.wiring.loops[group as usize] {
-                                    for pin in 0..self.netlist.cell(cell).kind.outputs().len() {
-                                        let net = self.netlist.output(cell, pin);
-                                        let slot = self.wiring.slot[net.index()].expect("it has a place");
-                                        for slot in slot..slot + words(self.netlist.net(net).width) as u32 {
-                                            for &(word, bits) in form.wakes(slot) {
-                                                *half(&mut self.memory, form.dirty + word) |= bits;
-                                            }
-                                            if !form.allows(slot) {
-                                                self.memory[0].v |= self.memory[slot as usize].u;
-                                            }
-                                        }
+                        // from what they came to the code goes on
+                        for &cell in &self.wiring.loops[group as usize] {
+                            for pin in 0..self.netlist.cell(cell).kind.outputs().len() {
+                                let net = self.netlist.output(cell, pin);
+                                let slot = self.wiring.slot[net.index()].expect("it has a place");
+                                for slot in slot..slot + words(self.netlist.net(net).width) as u32 {
+                                    for &(word, bits) in form.wakes(slot) {
+                                        *half(&mut self.memory, form.dirty + word) |= bits;
+                                    }
+                                    if !form.allows(slot) {
+                                        self.memory[0].v |= self.memory[slot as usize].u;
                                     }
                                 }
-                                *half(&mut self.memory, at) |= bit;
                             }
-                            Err(nets) => self.endless.extend(nets),
+                        }
+                        match settled {
+                            Ok(()) => *half(&mut self.memory, at) |= bit,
+                            // what keeps changing is x by now
+                            Err(nets) => {
+                                *half(&mut self.memory, at) &= !bit;
+                                for net in nets {
+                                    if !self.endless.contains(&net) {
+                                        self.endless.push(net);
+                                    }
+                                }
+                            }
                         }
                     }
                 }
@@ -215,15 +221,16 @@ impl CompiledEngine<'_> {
             self.loop_runs.fill(0);
             self.ready();
             self.run_chunks(false);
-            if !self.endless.is_empty() {
-                return Err(Unsettled { time: self.now, nets: std::mem::take(&mut self.endless), clocked: false });
-            }
             if self.memory[0].v == 0 {
-                return Ok(());
+                break;
             }
             self.memory[0].v = 0;
             self.alarmed = true;
         }
+        if self.endless.is_empty() {
+            return Ok(());
+        }
+        Err(Unsettled { time: self.now, nets: std::mem::take(&mut self.endless), clocked: false })
     }
 
     /// Lists the storage cells whose clock has made its edge since the last look.

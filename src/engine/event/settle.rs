@@ -18,6 +18,8 @@ pub(super) struct Oscillation {
 const PATIENCE: usize = 64;
 /// Steps of a feedback group, and rounds of clock edges within one wave, after which it counts as endless.
 const ENDLESS: usize = 1_000_000;
+/// Steps in which the slots of an endless group that keep changing are looked for.
+const SHOWN: usize = 4096;
 
 impl State {
     pub fn settle(&mut self, p: &Program) -> Result<(), Oscillation> {
@@ -37,7 +39,8 @@ impl State {
     }
 
     /// Runs dirty operations in order until there are none. Feedback that never settles is reported after all others
-    /// have run, so that what is reported does not depend on which loop comes first.
+    /// have run, so that what is reported does not depend on which loop comes first; to those after it what keeps
+    /// changing is x.
     #[inline(always)]
     fn combinational(&mut self, p: &Program) -> Result<(), Oscillation> {
         let mut endless: Option<Oscillation> = None;
@@ -134,22 +137,35 @@ impl State {
         Err(self.gate_oscillation(p, group))
     }
 
-    /// The slots that change while a group goes round once more.
+    /// The slots that change while a group goes round once more. Where in its circle it is depends on how long it was
+    /// looked at, and nothing that comes after may see that: the bits that keep changing become x.
     fn gate_oscillation(&mut self, p: &Program, group: usize) -> Oscillation {
         let slots = p.group_slots[group].clone();
-        let start: Vec<Word> = slots.iter().map(|&slot| self.slots[slot as usize]).collect();
-        let mut changing = vec![false; slots.len()];
-        for _ in 0..4096 {
-            let before: Vec<Word> = slots.iter().map(|&slot| self.slots[slot as usize]).collect();
+        let now = |s: &State| -> Vec<Word> { slots.iter().map(|&slot| s.slots[slot as usize]).collect() };
+        let start = now(self);
+        let mut changing = vec![0; slots.len()];
+        let mut before = start.clone();
+        for _ in 0..SHOWN {
             self.step(p, group);
-            let now = || slots.iter().map(|&slot| self.slots[slot as usize]);
-            now().zip(&before).zip(&mut changing).for_each(|((now, before), changing)| *changing |= now != *before);
-            if now().eq(start.iter().copied()) {
+            let after = now(self);
+            for (bits, (old, new)) in changing.iter_mut().zip(before.iter().zip(&after)) {
+                *bits |= old.difference(*new);
+            }
+            if after == start {
+                break;
+            }
+            before = after;
+        }
+        for (&slot, &bits) in slots.iter().zip(&changing) {
+            self.put(p, slot, self.slots[slot as usize].with_x(bits));
+        }
+        for _ in 0..PATIENCE {
+            if !self.step(p, group) {
                 break;
             }
         }
-        self.collect(p, group); // what is left to do never ends
-        let slots = slots.into_iter().zip(changing).filter(|(_, c)| *c).map(|(slot, _)| slot).collect();
+        self.collect(p, group);
+        let slots = slots.into_iter().zip(changing).filter(|(_, bits)| *bits != 0).map(|(slot, _)| slot).collect();
         Oscillation { slots, clocked: false }
     }
 
