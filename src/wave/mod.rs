@@ -7,7 +7,9 @@
 
 pub mod background;
 pub mod batch;
+pub mod behind;
 pub mod diff;
+mod fields;
 mod file;
 pub mod fst;
 pub mod layout;
