@@ -201,6 +201,17 @@ impl Netlist {
         (0..self.nets.len() as u32).map(NetId)
     }
 
+    /// For each net whether any cell reads it or it has a name. What has neither nobody can see.
+    #[must_use]
+    pub fn used(&self) -> Vec<bool> {
+        let mut used = vec![false; self.nets.len()];
+        let pins = |cell: CellId| (0..self.cell(cell).kind.inputs().len()).map(move |pin| (cell, pin));
+        let read = self.cell_ids().flat_map(pins).flat_map(|(cell, pin)| self.input(cell, pin));
+        let named = self.signal_ids().flat_map(|signal| self.bits(signal));
+        read.chain(named).for_each(|slice| used[slice.net.index()] = true);
+        used
+    }
+
     /// Every signal's number.
     pub fn signal_ids(&self) -> impl ExactSizeIterator<Item = SignalId> + use<> {
         (0..self.signals.len() as u32).map(SignalId)

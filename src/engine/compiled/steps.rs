@@ -77,14 +77,14 @@ impl Steps {
             }
             before = after;
         }
-        let (mut at, mut nets) = (0, Vec::new());
+        let (mut at, mut nets, used) = (0, Vec::new(), netlist.used());
         for net in outputs(netlist, cells) {
             let slot = wiring.slot[net.index()].expect("what loops have has a place") as usize;
             let n = words(netlist.net(net).width);
             for (word, &bits) in memory[slot..slot + n].iter_mut().zip(&changing[at..]) {
                 *word = word.with_x(bits);
             }
-            if changing[at..at + n].iter().any(|&bits| bits != 0) {
+            if used[net.index()] && changing[at..at + n].iter().any(|&bits| bits != 0) {
                 nets.push(net);
             }
             at += n;
