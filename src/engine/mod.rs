@@ -8,6 +8,7 @@ mod auto;
 pub mod batch;
 #[cfg(feature = "compiled")]
 mod compiled;
+mod endless;
 mod event;
 mod log;
 

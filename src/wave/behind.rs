@@ -8,6 +8,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
 use super::output::{Destination, Piece};
+use super::thread::{ended, over};
 
 /// How many pieces may wait.
 const WAITING: usize = 4;
@@ -84,12 +85,8 @@ impl<D> Behind<D> {
             return Err(over());
         };
         drop((orders, empty, places));
-        thread.join().unwrap_or_else(|_| Err(io::Error::other("the thread that writes to the file panicked")))
+        ended(thread, "writes to the file")
     }
-}
-
-fn over() -> io::Error {
-    io::Error::other("written to after it was complete or had failed")
 }
 
 impl<D: Destination + Seek + Send + 'static> Write for Behind<D> {

@@ -26,6 +26,7 @@ pub mod save;
 mod section;
 pub mod select;
 pub mod text;
+mod thread;
 pub mod vcd;
 mod walk;
 

@@ -167,8 +167,7 @@ impl<F: Format> Recorder<F> {
     }
 
     fn write_wide(&mut self, slot: usize, now: u64) -> io::Result<()> {
-        let Slot { start, width } = self.slots[slot];
-        let range = start..start + word::words(width);
+        let (width, range) = (self.slots[slot].width, self.slots[slot].words());
         if self.written[range.clone()] == self.current[range.clone()] {
             return Ok(());
         }

@@ -14,6 +14,7 @@ mod cells;
 mod chains;
 mod changes;
 mod codegen;
+mod conditions;
 mod contents;
 mod form;
 mod four;
@@ -54,8 +55,6 @@ pub use report::EngineReport;
 use steps::Steps;
 use wiring::Wiring;
 
-/// Rounds of clock edges within one wave after which it counts as endless, as in the event engine.
-const ENDLESS: usize = 1_000_008;
 /// Ticks that were left before they did anything after which they are no longer tried.
 const ABORTS: u32 = 64;
 /// Runs of a loop's chunk after which it is looked at step by step.

@@ -2,12 +2,12 @@
 
 use super::form::Form;
 use super::narrow::Looks;
+use super::steps;
 use super::wiring::Part;
-use super::{CompiledEngine, ENDLESS, STEPS_COMPILED, bit_of, codegen, half, set_bit};
-use crate::engine::{UnknownControl, Unsettled};
+use super::{CompiledEngine, STEPS_COMPILED, bit_of, codegen, half, set_bit};
+use crate::engine::{UnknownControl, Unsettled, endless};
 use crate::netlist::NetId;
 use crate::value::Word;
-use crate::value::word::words;
 
 impl CompiledEngine<'_> {
     /// The number of a form in which these slots of state may be unknown, or all.
@@ -101,17 +101,14 @@ impl CompiledEngine<'_> {
                         *half(&mut self.memory, at) &= !bit;
                         let settled = self.steps.run(self.netlist, &self.wiring, &mut self.memory, group as usize);
                         // from what they came to the code goes on
-                        for &cell in &self.wiring.loops[group as usize] {
-                            for pin in 0..self.netlist.cell(cell).kind.outputs().len() {
-                                let net = self.netlist.output(cell, pin);
-                                let slot = self.wiring.slot[net.index()].expect("it has a place");
-                                for slot in slot..slot + words(self.netlist.net(net).width) as u32 {
-                                    for &(word, bits) in form.wakes(slot) {
-                                        *half(&mut self.memory, form.dirty + word) |= bits;
-                                    }
-                                    if !form.allows(slot) {
-                                        self.memory[0].v |= self.memory[slot as usize].u;
-                                    }
+                        for (_, slots) in steps::places(self.netlist, &self.wiring, &self.wiring.loops[group as usize])
+                        {
+                            for slot in slots {
+                                for &(word, bits) in form.wakes(slot as u32) {
+                                    *half(&mut self.memory, form.dirty + word) |= bits;
+                                }
+                                if !form.allows(slot as u32) {
+                                    self.memory[0].v |= self.memory[slot].u;
                                 }
                             }
                         }
@@ -271,7 +268,7 @@ impl CompiledEngine<'_> {
                 break;
             }
             rounds += 1;
-            if rounds >= ENDLESS {
+            if rounds >= endless::ROUNDS {
                 return Err(self.oscillation());
             }
             self.commit();
@@ -296,7 +293,7 @@ impl CompiledEngine<'_> {
     /// The nets that clocked cells keep changing.
     pub(super) fn oscillation(&mut self) -> Unsettled {
         let mut nets = Vec::new();
-        for _ in 0..64 {
+        for _ in 0..endless::SHOWN_ROUNDS {
             for &number in &self.active {
                 let s = self.wiring.stored[number as usize];
                 let old = &self.memory[s.slot as usize..][..s.words as usize];
