@@ -33,6 +33,7 @@ pub mod diag;
 pub mod draw;
 pub mod engine;
 pub mod exchange;
+mod guard;
 pub mod interpolate;
 pub mod json;
 pub mod netlist;

@@ -26,7 +26,7 @@ fn saved(circuit: &str, folder: &Path, waveform: &str) -> (String, String) {
 /// The signals that a save file names.
 fn named(gtkw: &str) -> Vec<&str> {
     let traces = gtkw.lines().skip_while(|l| !l.starts_with('@'));
-    traces.filter(|l| !l.starts_with(['@', '-', '['])).collect()
+    traces.filter(|l| !l.starts_with(['@', '-', '[', '^'])).collect()
 }
 
 #[test]
@@ -47,6 +47,27 @@ fn the_line_as_it_suits_the_circuit() {
     assert_eq!(names.inspect(|name| assert!(waves.find(name).is_some(), "{name}")).count(), waves.vars().len());
 }
 
+/// What GTKWave's and Surfer's documentation say of the two files, by hand.
+#[test]
+fn values_go_by_their_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let (gtkw, sucl) = saved("circuits/quadrant/circle.json", folder.path(), "arc.vcd");
+    let filter = gtkw.lines().find(|l| l.starts_with('^') && l.ends_with(".quadrant.txt")).or_else(|| {
+        // another signal has the same names, and came first
+        let at = gtkw.lines().position(|l| l == "quadrant_circle.quadrants.quadrant[1:0]")?;
+        gtkw.lines().nth(at - 1)
+    });
+    let (_, file) = filter.unwrap().split_once(' ').unwrap();
+    let text = std::fs::read_to_string(folder.path().join(file)).unwrap();
+    assert_eq!(text, "00 I\n01 II\n10 III\n11 IV\n");
+    let at = sucl.lines().position(|l| l.ends_with("_quadrant_circle.quadrants.quadrant")).unwrap();
+    let mapping = sucl.lines().nth(at + 1).unwrap().strip_prefix("item_set_format ").unwrap();
+    let mapping = folder.path().join(".surfer/mappings").join(mapping).with_extension("txt");
+    assert_eq!(std::fs::read_to_string(mapping).unwrap(), "Bits = 2\n0b00 I\n0b01 II\n0b10 III\n0b11 IV\n");
+    // a single bit stays a line
+    assert!(gtkw.contains("@28\nquadrant_circle.x_dir\n") || !gtkw.contains("^2"), "{gtkw}");
+}
+
 #[test]
 fn nothing_is_written_beside_what_is_no_file() {
     let (status, text, _) = run(&["run", "circuits/evaluation/line.json", "-o", "-", "--save"]);
@@ -62,6 +83,7 @@ fn gtkwave_shows_what_is_named() {
     for (circuit, waveform) in [
         ("circuits/evaluation/line.json", "line.vcd"),
         ("circuits/evaluation/line_gates.json", "gates.fst"),
+        ("circuits/quadrant/circle.json", "arc.vcd"),
         ("circuits/quadrant/line_3d.json", "space.vcd"),
         ("circuits/feed/system.json", "system.fst"),
     ] {

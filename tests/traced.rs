@@ -13,6 +13,7 @@ use discreta::engine::{AutoEngine, CompiledEngine, Engine, EventEngine};
 use discreta::netlist::{NetId, Netlist, SignalId};
 use discreta::scenario::{Control, DrivenClock, Event, Outcome, RunError, Scenario, run};
 use discreta::value::Word;
+use discreta::wave::behind::Behind;
 use discreta::wave::fst::FstWriter;
 use discreta::wave::output::Output;
 use discreta::wave::read::Waves;
@@ -135,7 +136,7 @@ fn as_fst(netlist: &Netlist, scenario: &Scenario, expected: &str, seed: u64) {
     let dir = tempfile::tempdir().unwrap();
     let (fst, vcd) = (dir.path().join("a.fst"), dir.path().join("a.vcd"));
     std::fs::write(&vcd, expected).unwrap();
-    let mut writer = FstWriter::new(Output::create(&fst).unwrap());
+    let mut writer = FstWriter::new(Behind::new(Output::create(&fst).unwrap()));
     go(netlist, scenario, &mut CompiledEngine::new(netlist).unwrap(), &mut writer);
     let (mut a, mut b) = (Waves::open(&vcd).unwrap(), Waves::open(&fst).unwrap());
     assert_eq!(a.vars().len(), b.vars().len(), "seed {seed}");

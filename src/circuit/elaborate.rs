@@ -9,10 +9,11 @@ use indexmap::IndexMap;
 use super::library::{Library, ModuleId};
 use super::report::{Place, Places};
 use super::scope::{Declared, Nets, eval};
+use super::value_names;
 use super::{Block, Cell, Direction, Limits, Module, Name, Net, ParameterValue, Repeat};
 use crate::diag::{Code, Diagnostic, Diagnostics, Span};
 use crate::json::Recover;
-use crate::netlist::{self, Builder, Bus, ScopeId};
+use crate::netlist::{self, Builder, Bus, ScopeId, SignalId};
 
 /// Parameters and indices with their values.
 type Values = IndexMap<String, i64>;
@@ -243,6 +244,14 @@ impl<'e> Elaboration<'e> {
         }
     }
 
+    /// Gives the values of a port or net their names.
+    fn name_values(&mut self, signal: SignalId, written: &value_names::Written, width: Option<u32>) {
+        let names = width.and_then(|width| value_names::read(written, width, &mut self.diagnostics));
+        if let Some(names) = names {
+            self.builder.set_values(signal, names);
+        }
+    }
+
     /// Makes the nets and cells of an instance.
     fn fill(&mut self, instance: Instance) {
         let library = self.library;
@@ -279,6 +288,7 @@ impl<'e> Elaboration<'e> {
                 None => self.builder.declare(scope, name, width.unwrap_or(1), port.signed, None),
             };
             self.builder.set_port(signal, direction);
+            self.name_values(signal, &port.values, width);
             self.places.signal(signal, place);
             own.insert(name.value.clone(), Declared { signal, bus, span: name.span, faulty: width.is_none() });
         }
@@ -311,6 +321,9 @@ impl<'e> Elaboration<'e> {
             }
             let (signal, bus) =
                 self.builder.declare(here.scope, name, width.unwrap_or(1), net.is_some_and(|n| n.signed), None);
+            if let Some(net) = net {
+                self.name_values(signal, &net.values, width);
+            }
             self.places
                 .signal(signal, Place { span: name.span, module: here.module, port: false, muted: width.is_none() });
             here.nets

@@ -8,6 +8,7 @@ use serde::{Deserialize, Deserializer};
 use super::expr::Expr;
 use super::expr_parser::is_name;
 use super::reference::Signal;
+use super::value_names::Written;
 use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Sources, Span};
 use crate::json::{self, Recover, Spanned};
 use crate::scenario::Simulation;
@@ -189,6 +190,9 @@ pub struct Port {
     /// Whether viewers show it in two's complement.
     #[serde(default)]
     pub signed: bool,
+    /// Names that viewers show for its values: `{ "0": "idle", "4'b1zzz": "free" }`.
+    #[serde(default, deserialize_with = "json::every")]
+    pub values: Written,
     /// Free text.
     #[serde(default, deserialize_with = "json::or_default")]
     pub doc: Option<String>,
@@ -202,6 +206,8 @@ pub struct Net {
     pub width: Option<Expr>,
     /// Whether viewers show it in two's complement.
     pub signed: bool,
+    /// Names that viewers show for its values.
+    pub values: Written,
     /// Free text.
     pub doc: Option<String>,
 }
@@ -225,6 +231,9 @@ struct NetObject {
     /// Whether viewers show it in two's complement.
     #[serde(default)]
     signed: bool,
+    /// Names that viewers show for its values: `{ "0": "idle", "4'b1zzz": "free" }`.
+    #[serde(default, deserialize_with = "json::every")]
+    values: Written,
     /// Free text.
     #[serde(default, deserialize_with = "json::or_default")]
     doc: Option<String>,
@@ -233,8 +242,8 @@ struct NetObject {
 impl<'de> Deserialize<'de> for Net {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         Ok(match NetForm::deserialize(deserializer)? {
-            NetForm::Integer(width) | NetForm::String(width) => Net { width: Some(width), signed: false, doc: None },
-            NetForm::Object(NetObject { width, signed, doc }) => Net { width, signed, doc },
+            NetForm::Integer(width) | NetForm::String(width) => Net { width: Some(width), ..Net::default() },
+            NetForm::Object(NetObject { width, signed, values, doc }) => Net { width, signed, values, doc },
         })
     }
 }

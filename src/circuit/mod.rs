@@ -18,6 +18,7 @@ mod report;
 pub mod schema;
 mod scope;
 pub mod source;
+pub mod value_names;
 
 pub use expr::{Expr, Names};
 pub use expr_parser::is_name;

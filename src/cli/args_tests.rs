@@ -1,5 +1,6 @@
 use clap::CommandFactory;
 
+use super::shared::{assignment, clock, condition};
 use super::*;
 
 fn parse(line: &str) -> Result<Command, String> {

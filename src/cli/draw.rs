@@ -37,5 +37,8 @@ fn refused(refusal: &Refusal, args: &DrawArgs) -> CliError {
         }
         Refusal::TooLarge(_) => CliError::usage(refusal.to_string()).with_hint("draw one module of it: --module"),
         Refusal::Layout(_) => CliError::usage(refusal.to_string()),
+        Refusal::NotBuilt => {
+            CliError::usage(refusal.to_string()).with_hint("build it with its feature `draw`, which is on by default")
+        }
     }
 }

@@ -32,6 +32,15 @@ pub(super) fn shown(netlist: &Netlist, signal: SignalId, value: &Value) -> Strin
     number.unwrap_or_else(|| value.to_string())
 }
 
+/// The same, and what the circuit calls it.
+fn named(netlist: &Netlist, signal: SignalId, value: &Value) -> String {
+    let number = shown(netlist, signal, value);
+    match netlist.signal(signal).values.as_ref().and_then(|names| names.of(value)) {
+        Some(name) => format!("{number} ({name})"),
+        None => number,
+    }
+}
+
 /// What there is to tell of a run.
 pub(super) struct Report<'a> {
     pub prepared: &'a Prepared,
@@ -62,7 +71,7 @@ impl Report<'_> {
     fn until(&self) -> Option<String> {
         let netlist = &self.prepared.circuit.netlist;
         let (signal, value) = self.prepared.scenario.until.as_ref()?;
-        Some(format!("{} = {}", netlist.signal_path(*signal), shown(netlist, *signal, value)))
+        Some(format!("{} = {}", netlist.signal_path(*signal), named(netlist, *signal, value)))
     }
 
     fn reason(&self) -> String {
@@ -99,7 +108,7 @@ impl Report<'_> {
             .outputs
             .iter()
             .take(shown_outputs)
-            .map(|(s, v)| format!("{} = {}", netlist.signal(*s).name, shown(netlist, *s, v)))
+            .map(|(s, v)| format!("{} = {}", netlist.signal(*s).name, named(netlist, *s, v)))
             .collect();
         if !outputs.is_empty() {
             text += &format!("  {}\n", outputs.join("  "));
@@ -211,8 +220,8 @@ impl Report<'_> {
                     (
                         format!(
                             "`{name}` is {} {when}, not {}",
-                            shown(netlist, e.signal, found),
-                            shown(netlist, e.signal, expected)
+                            named(netlist, e.signal, found),
+                            named(netlist, e.signal, expected)
                         ),
                         "expected here",
                     )

@@ -20,8 +20,19 @@ pub(super) fn beside(prepared: &Prepared, waveforms: &[PathBuf], end: u64) -> Re
     let mut written = Vec::new();
     for waveform in waveforms.iter().filter(|path| path.extension().is_some()) {
         let view = view(prepared, waveform, end);
-        for (extension, text) in [("gtkw", view.gtkwave()), ("sucl", view.surfer())] {
-            let path = waveform.with_extension(extension);
+        let mut files =
+            vec![(waveform.with_extension("gtkw"), view.gtkwave()), (waveform.with_extension("sucl"), view.surfer())];
+        files.extend(view.gtkwave_filters().into_iter().map(|(name, text)| (waveform.with_file_name(name), text)));
+        let mappings = view.surfer_mappings();
+        if !mappings.is_empty() {
+            let folder = waveform.with_file_name(".surfer").join("mappings");
+            std::fs::create_dir_all(&folder).map_err(|source| CliError::Io {
+                message: format!("cannot make the folder `{}`", folder.display()),
+                source,
+            })?;
+            files.extend(mappings.into_iter().map(|(name, text)| (folder.join(name), text)));
+        }
+        for (path, text) in files {
             // run.vcd and run.fst have one name for both
             if !written.contains(&path) {
                 let mut file = Output::create(&path)?;
@@ -53,7 +64,8 @@ fn view(prepared: &Prepared, waveform: &Path, end: u64) -> View {
             _ => Role::Data,
         };
         let steps = top && signal.width > 1 && COORDINATES.contains(&signal.name.as_str());
-        Shown { scopes, name: signal.name.clone(), width: signal.width, role, signed: signal.signed, steps }
+        let (width, signed, values) = (signal.width, signal.signed, signal.values.clone());
+        Shown { scopes, name: signal.name.clone(), width, role, signed, steps, values }
     };
     let name = waveform.file_name().unwrap_or_default().to_string_lossy();
     View::new(&name, netlist.timescale(), end, prepared.scenario.trace.iter().map(shown).collect())

@@ -107,7 +107,7 @@ fn of_circuit(args: &ViewArgs) -> Result<(Page, Status), CliError> {
     let mut waves = Waves::open(held.path())?;
     let netlist = &prepared.circuit.netlist;
     let about = about(&prepared);
-    let signals = packed(&mut waves, |name| about.get(name).copied().unwrap_or_default())?;
+    let signals = packed(&mut waves, |name| about.get(name).cloned().unwrap_or_default())?;
     let mut coordinates = args.coordinates.clone();
     coordinates.signed |= netlist.find("xt").is_some_and(|id| netlist.signal(id).signed);
     let options = draw::Options { depth: args.depth, ..draw::Options::default() };
@@ -137,7 +137,9 @@ fn about(prepared: &Prepared) -> HashMap<String, About> {
             None => "",
         };
         let clock = clocks.contains(&path.as_str());
-        (format!("{top}.{path}"), About { signed: signal.signed, port, clock, hidden: signal.hidden })
+        let values = signal.values.iter().flat_map(|names| names.iter());
+        let values = values.map(|(value, name)| (value.bit_string(), name.to_owned())).collect();
+        (format!("{top}.{path}"), About { signed: signal.signed, port, clock, hidden: signal.hidden, values })
     };
     netlist.signal_ids().map(of).collect()
 }

@@ -5,12 +5,15 @@ use std::io::IsTerminal;
 use globset::GlobSet;
 
 use super::args::WaveTextArgs;
-use super::run::rendered_from as rendered;
+use super::prepare::circuit_of;
+use super::run::{faults, rendered_from as rendered};
 use super::{CliError, Out, Status};
+use crate::circuit::{Circuit, Limits, Loader};
 use crate::diag::{Diagnostics, Sources, Span};
+use crate::netlist::Signal;
 use crate::scenario::{TimeText, glob_set};
 use crate::timescale::Timescale;
-use crate::wave::read::Waves;
+use crate::wave::read::{ValueKind, Waves};
 use crate::wave::text::{Axis, Legible, Picture, Radix, Style, Trace, margin};
 
 /// Characters of a line where no terminal says so.
@@ -31,11 +34,20 @@ pub fn run(args: &WaveTextArgs, out: &mut Out) -> Result<Status, CliError> {
     if begin > end {
         return Err(CliError::usage("the window ends before it begins").with_hint("let --from be before --to"));
     }
+    let circuit = args.circuit.as_ref().map(|path| {
+        let mut loader = Loader::new(Limits::default());
+        let circuit = circuit_of(&mut loader, path, &[]);
+        faults(&mut loader, circuit)
+    });
+    let circuit = circuit.transpose()?;
     let mut traces = Vec::new();
     for var in shown {
+        let known = circuit.as_ref().and_then(|circuit| declared(circuit, &waves, var));
         let is_signed = names(&waves, var).iter().any(|name| signed.iter().any(|glob| glob.is_match(name)));
+        let is_signed = is_signed || args.radix == Radix::Auto && known.is_some_and(|signal| signal.signed);
         let radix = if is_signed { Radix::Signed } else { args.radix };
-        traces.push(Trace::load(&mut waves, var, radix)?);
+        let values = known.and_then(|signal| signal.values.clone());
+        traces.push(Trace { values, ..Trace::load(&mut waves, var, radix)? });
     }
     // rows of one scope stand together, where the first of them stands
     if args.signals.is_empty() {
@@ -85,6 +97,14 @@ fn names(waves: &Waves, var: usize) -> Vec<String> {
     let full = var.name.replace('.', "/");
     let below = full.split_once('/').map(|(_, rest)| rest.to_owned());
     [Some(full), below].into_iter().flatten().collect()
+}
+
+/// What a circuit says of a variable: its signal of the same path and width below the top.
+fn declared<'c>(circuit: &'c Circuit, waves: &Waves, var: usize) -> Option<&'c Signal> {
+    let var = &waves.vars()[var];
+    let (_, path) = var.name.split_once('.')?;
+    let signal = circuit.netlist.signal(circuit.netlist.find(path)?);
+    (ValueKind::Bits(signal.width) == var.kind).then_some(signal)
 }
 
 /// The variables to show, and how many further down are left out because nothing asked for them.

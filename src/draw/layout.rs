@@ -18,6 +18,10 @@ use crate::netlist::{Hierarchy, Netlist};
 
 /// Bodies of so many nodes in all are laid out for one drawing, to have the best.
 const ATTEMPTS: usize = 300;
+/// In each attempt the sweep that sorts the layers begins so often.
+const SWEEPS: usize = 20;
+/// A body of more nodes is laid out with less care.
+const LARGE: usize = 400;
 
 /// A body with the places of all that is in it.
 pub(super) struct Placed {
@@ -120,17 +124,21 @@ fn arrange(scene: Scene, inner: Vec<Option<Rc<Placed>>>) -> Result<Placed, Refus
         .collect();
     // the sweep that sorts the layers begins at random: the best of some, the same each time
     let attempts = (ATTEMPTS / scene.nodes.len().max(1)).clamp(1, 8);
-    let mut best: Option<(f64, Routed)> = None;
+    let mut best: Result<(f64, Routed), Refusal> = Err(Refusal::Layout("there is none".to_owned()));
     for seed in 1..=attempts {
-        let routed = route(&scene, &inner, &extents, seed)?;
-        let cost = routed.cost();
-        if best.as_ref().is_none_or(|b| cost < b.0) {
-            best = Some((cost, routed));
+        // one that breaks off is no loss where another does not
+        match (route(&scene, &inner, &extents, seed), &best) {
+            (Ok(routed), _) => {
+                let cost = routed.cost();
+                if best.as_ref().map_or(true, |b| cost < b.0) {
+                    best = Ok((cost, routed));
+                }
+            }
+            (Err(why), Err(_)) => best = Err(why),
+            (Err(_), Ok(_)) => {}
         }
     }
-    let Some((_, Routed { nodes, wires, size })) = best else {
-        return Err(Refusal::Layout("there is none".to_owned()));
-    };
+    let (_, Routed { nodes, wires, size }) = best?;
     Ok(Placed { scene, nodes, wires, size })
 }
 
@@ -147,7 +155,7 @@ fn route(scene: &Scene, inner: &[Option<Rc<Placed>>], extents: &[Extent], seed: 
     let free = |i: usize| !scene.nodes[i].ordered && inner[i].is_none();
     let some_free = (0..scene.nodes.len()).any(|i| free(i) && scene.nodes[i].pins.len() > 2);
     if some_free {
-        let first = run(&graph_of(scene, extents, &spots, &free, seed))?;
+        let first = run(&graph_of(scene, extents, &spots, &free, seed, "BRANDES_KOEPF"))?;
         for i in (0..scene.nodes.len()).filter(|&i| free(i)) {
             let mut heights = vec![0.0; scene.nodes[i].pins.len()];
             for (p, port) in list(&first["children"][i], "ports").iter().enumerate() {
@@ -160,7 +168,9 @@ fn route(scene: &Scene, inner: &[Option<Rc<Placed>>], extents: &[Extent], seed: 
             spots[i] = symbol::pins(&scene.nodes[i], &extents[i], &rank);
         }
     }
-    let out = run(&graph_of(scene, extents, &spots, &|_| false, seed))?;
+    // the straighter one takes long where there is much
+    let places = if scene.nodes.len() > LARGE { "BRANDES_KOEPF" } else { "NETWORK_SIMPLEX" };
+    let out = run(&graph_of(scene, extents, &spots, &|_| false, seed, places))?;
     Ok(read(scene, inner, extents, spots, &out))
 }
 
@@ -178,15 +188,15 @@ fn framed(inner: &Placed, extent: &Extent) -> Vec<PinSpot> {
         .collect()
 }
 
-/// The graph in ELK's JSON.
+/// The graph in ELK's JSON; `places` is how it places nodes within their layers.
 fn graph_of(
     scene: &Scene,
     extents: &[Extent],
     spots: &[Vec<PinSpot>],
     free: &dyn Fn(usize) -> bool,
     seed: usize,
+    places: &str,
 ) -> Value {
-    let large = scene.nodes.len() > 400;
     let nodes = scene.nodes.iter().enumerate().map(|(n, node)| {
         let pins = node.pins.iter().enumerate().map(|(p, pin)| {
             let [x, y] = spots[n][p].outer;
@@ -235,8 +245,8 @@ fn graph_of(
             "elk.padding": "[top=0,left=0,bottom=0,right=0]",
             "elk.randomSeed": seed,
             "elk.separateConnectedComponents": false,
-            "elk.layered.thoroughness": if large { 7 } else { 60 },
-            "elk.layered.nodePlacement.strategy": if large { "BRANDES_KOEPF" } else { "NETWORK_SIMPLEX" },
+            "elk.layered.thoroughness": if scene.nodes.len() > LARGE { 7 } else { SWEEPS },
+            "elk.layered.nodePlacement.strategy": places,
             "elk.spacing.nodeNode": 14,
             "elk.spacing.edgeNode": 10,
             "elk.spacing.edgeEdge": 10,
@@ -302,7 +312,7 @@ fn read(
 /// Has ELK lay out a graph.
 #[cfg(not(feature = "draw"))]
 fn run(_: &Value) -> Result<Value, Refusal> {
-    Err(Refusal::Layout("discreta was built without it, see the feature `draw`".to_owned()))
+    Err(Refusal::NotBuilt)
 }
 
 /// Has ELK lay out a graph.
@@ -311,7 +321,27 @@ fn run(graph: &Value) -> Result<Value, Refusal> {
     let text = graph.to_string();
     // it recurses along the longest path
     let thread = std::thread::Builder::new().name("layout".to_owned()).stack_size(256 << 20);
-    let thread = thread.spawn(move || elkrs::create_elk().layout_json(&text));
+    let thread = thread.spawn(move || crate::guard::caught(|| elkrs::create_elk().layout_json(&text)));
     let done = thread.map_err(|e| Refusal::Layout(e.to_string()))?.join();
-    done.unwrap_or_else(|_| Err("it broke off".to_owned())).map_err(Refusal::Layout)
+    let done = done.unwrap_or_else(|_| Err("no further detail".to_owned()));
+    done.map_err(|said| Refusal::Layout(format!("it broke off ({said})")))?.map_err(Refusal::Layout)
+}
+
+#[cfg(all(test, feature = "draw"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_layout_that_breaks_off_is_an_error() {
+        let missing = json!({"id": "g", "edges": [{"id": "e", "sources": ["n"], "targets": ["m"]}]});
+        assert_eq!(run(&missing), Err(Refusal::Layout("Referenced shape does not exist: n".to_owned())));
+        // it panics at this one
+        let section = json!({"startPoint": {"x": 0, "y": 0}, "endPoint": {"x": 1, "y": 1}});
+        let mut sections = [section.clone(), section];
+        sections.iter_mut().enumerate().for_each(|(i, s)| s["id"] = json!(format!("s{i}")));
+        let loose = json!({"id": "g", "layoutOptions": {"elk.algorithm": "random"}, "children": [{"id": "n"}, {"id": "m"}],
+                           "edges": [{"id": "e", "sources": ["n"], "targets": ["m"], "sections": sections}]});
+        let said = "it broke off (RandomLayoutProvider: edge with multiple sections)";
+        assert_eq!(run(&loose), Err(Refusal::Layout(said.to_owned())));
+    }
 }

@@ -62,6 +62,8 @@ pub enum Refusal {
     TooLarge(usize),
     /// The layout failed.
     Layout(String),
+    /// The crate was built without its feature `draw`.
+    NotBuilt,
 }
 
 impl std::fmt::Display for Refusal {
@@ -70,6 +72,7 @@ impl std::fmt::Display for Refusal {
             Refusal::NoModule(_) => f.write_str("there is no such module"),
             Refusal::TooLarge(count) => write!(f, "{count} cells are too many for one drawing: {MOST} at most"),
             Refusal::Layout(why) => write!(f, "the drawing could not be laid out: {why}"),
+            Refusal::NotBuilt => f.write_str("this build cannot draw: it has no layout"),
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::layout::{Placed, Spot};
 use super::scene::{End, Net, Node, Pin, Shape, Side, What};
-use super::symbol::{self, SLASH, STUB, shortened, text_width};
+use super::symbol::{self, PinSpot, SLASH, STUB, shortened, text_width};
 use super::wire::Lines;
 use crate::netlist::hierarchy::Module;
 use crate::netlist::{Direction, Netlist};
@@ -305,9 +305,14 @@ impl Painter {
         if let (Some(text), false) = (text, net.labelled) {
             let class = if node.shape == Shape::Split { "at" } else { "on" };
             self.svg.label(class, [from, y - 3.5], "start", &shortened(&text));
+            from += text_width(&text) + 4.0;
         }
         if first {
-            let [vx, vy] = [x + 4.0, y + 10.5].map(number);
+            // below the wire, but behind its name where the next pin's name stands below
+            let below =
+                |p: &PinSpot| p.body[0] == spot.body[0] && (1.0..20.0).contains(&(p.body[1] - spot.body[1]).abs());
+            let crowded = placed.nodes[n].pins.iter().any(below);
+            let [vx, vy] = if crowded { [from, y - 3.0] } else { [x + 4.0, y + 10.5] }.map(number);
             self.svg.text("text", &[("class", "value"), ("x", &vx), ("y", &vy)], "");
         }
     }

@@ -8,6 +8,7 @@ mod auto;
 pub mod batch;
 #[cfg(feature = "compiled")]
 mod compiled;
+mod endless;
 mod event;
 mod log;
 
@@ -29,7 +30,7 @@ pub use log::{Field, Log};
 pub struct Unsettled {
     /// The tick.
     pub time: u64,
-    /// The nets that keep changing, in the order of the loop where it is one of gates.
+    /// The nets that keep changing and that anybody can see, in the order of the loop where it is one of gates.
     pub nets: Vec<NetId>,
     /// Whether the loop goes through clock edges rather than through gates alone.
     pub clocked: bool,

@@ -6,7 +6,9 @@
 mod undriven;
 
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
+use super::ValueNames;
 use super::bus::{Bus, Part};
 use super::join::{Join, NONE};
 use super::wires::Wires;
@@ -207,6 +209,11 @@ impl Builder {
         self.signals[signal.index()].signal.port = Some(direction);
     }
 
+    /// Says what people call the values of a signal.
+    pub fn set_values(&mut self, signal: SignalId, names: ValueNames) {
+        self.signals[signal.index()].signal.values = Some(Arc::new(names));
+    }
+
     fn push_signal(
         &mut self,
         scope: ScopeId,
@@ -221,6 +228,7 @@ impl Builder {
             scope,
             width: bus.width(),
             signed,
+            values: None,
             port,
             hidden: false,
             drive: None,

@@ -16,9 +16,10 @@ mod join;
 mod order;
 pub mod stats;
 mod turn;
+mod value_names;
 mod wires;
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use crate::cell::{CellKind, Edge, GateOp, Role};
 use crate::timescale::Timescale;
@@ -33,6 +34,7 @@ pub use id::{CellId, NetId, ScopeId, SignalId};
 pub use order::{Loop, Order};
 pub use stats::Stats;
 pub use turn::{Turn, Turns};
+pub use value_names::ValueNames;
 
 /// `width` bits of a net from bit `lo` up.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -113,6 +115,8 @@ pub struct Signal {
     pub width: u32,
     /// Whether people read it in two's complement.
     pub signed: bool,
+    /// What people call its values, where they have names.
+    pub values: Option<Arc<ValueNames>>,
     /// Which way it goes, for a port of the module of its scope.
     pub port: Option<Direction>,
     /// Whether a tool made it up: it can be asked for, but is not shown among the others.
@@ -195,6 +199,17 @@ impl Netlist {
     /// Every net's number.
     pub fn net_ids(&self) -> impl ExactSizeIterator<Item = NetId> + use<> {
         (0..self.nets.len() as u32).map(NetId)
+    }
+
+    /// For each net whether any cell reads it or it has a name. What has neither nobody can see.
+    #[must_use]
+    pub fn used(&self) -> Vec<bool> {
+        let mut used = vec![false; self.nets.len()];
+        let pins = |cell: CellId| (0..self.cell(cell).kind.inputs().len()).map(move |pin| (cell, pin));
+        let read = self.cell_ids().flat_map(pins).flat_map(|(cell, pin)| self.input(cell, pin));
+        let named = self.signal_ids().flat_map(|signal| self.bits(signal));
+        read.chain(named).for_each(|slice| used[slice.net.index()] = true);
+        used
     }
 
     /// Every signal's number.

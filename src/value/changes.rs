@@ -17,6 +17,18 @@ pub enum Written {
     Both,
 }
 
+impl Written {
+    /// How many numbers that is.
+    #[must_use]
+    pub fn size(self) -> usize {
+        match self {
+            Written::Toggled => 0,
+            Written::Known => 1,
+            Written::Both => 2,
+        }
+    }
+}
+
 /// The new value of a field.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Change {
@@ -33,7 +45,7 @@ pub const HEAD: usize = 2;
 #[must_use]
 pub fn longest(fields: impl ExactSizeIterator<Item = Written>) -> usize {
     let masks = fields.len().div_ceil(64);
-    HEAD + masks + fields.map(size).sum::<usize>()
+    HEAD + masks + fields.map(Written::size).sum::<usize>()
 }
 
 /// What reads records.
@@ -91,7 +103,7 @@ pub fn each(
                 Written::Known => Change::Set(Word::known(values[at])),
                 Written::Both => Change::Set(Word { v: values[at], u: values[at + 1] }),
             };
-            at += size(written(field));
+            at += written(field).size();
             change(field, new);
         }
     }
@@ -125,14 +137,6 @@ pub fn before(
     // an end before all were read is what is looked for
     _ = read(words, &mut count);
     count.3
-}
-
-fn size(written: Written) -> usize {
-    match written {
-        Written::Toggled => 0,
-        Written::Known => 1,
-        Written::Both => 2,
-    }
 }
 
 /// Writes one record: the fields that have changed, in order, each with its value.

@@ -6,7 +6,7 @@
 //! many bytes as their bits need, the low first: a plane of values and, if so, one of bits that are unknown, where a value
 //! of 0 is x and 1 is z. What is no bits is a length, then UTF-8.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use serde::Serialize;
 
@@ -16,7 +16,7 @@ use crate::wave::read::{ReadError, ValueKind, Waves};
 pub const MAX_CHANGES: usize = 4_000_000;
 
 /// What is known of a signal besides its values.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct About {
     /// People read it in two's complement.
     pub signed: bool,
@@ -26,6 +26,8 @@ pub struct About {
     pub clock: bool,
     /// A tool made it up: it is there for the schematic, and not listed.
     pub hidden: bool,
+    /// Its values, as bits, that have names.
+    pub values: BTreeMap<String, String>,
 }
 
 /// The signals of a waveform.
@@ -68,6 +70,9 @@ pub struct Signal {
     /// Whether it is not listed.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub hidden: bool,
+    /// Its values, as bits, that have names.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub values: BTreeMap<String, String>,
 }
 
 /// Why there is no page.
@@ -116,9 +121,10 @@ impl Signals {
                 ValueKind::Text => ("text", 0),
                 ValueKind::Event => ("event", 0),
             };
-            let About { signed, port, clock, hidden } = about(&var.name);
+            let About { signed, port, clock, hidden, values } = about(&var.name);
             let scope = var.scope().len();
-            signals.push(Signal { name: var.name.clone(), scope, kind, width, of, signed, port, clock, hidden });
+            let name = var.name.clone();
+            signals.push(Signal { name, scope, kind, width, of, signed, port, clock, hidden, values });
         }
         let mut times: Vec<u64> = lists.iter().flat_map(|(_, list)| list.iter().map(|(time, _)| *time)).collect();
         times.sort_unstable();

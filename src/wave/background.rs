@@ -7,6 +7,7 @@ use std::io;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
+use super::thread::{ended, over};
 use super::{Batch as Packed, Batches, Layout, Sink};
 use crate::value::{Word, word};
 
@@ -77,12 +78,8 @@ impl Background {
             return Err(over());
         };
         drop((full, empty));
-        thread.join().unwrap_or_else(|_| Err(io::Error::other("the thread that writes the waveform panicked")))
+        ended(thread, "writes the waveform")
     }
-}
-
-fn over() -> io::Error {
-    io::Error::other("written to after it was complete or had failed")
 }
 
 /// What the thread does: every batch, until the end or until nobody sends any more.

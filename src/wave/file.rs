@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::Sink;
 use super::background::Background;
+use super::behind::Behind;
 use super::fst::FstWriter;
 use super::output::{Output, OutputError};
 use super::vcd::VcdWriter;
@@ -30,12 +31,12 @@ impl Kind {
     }
 }
 
-/// Opens a place for a waveform, which is written on a thread of its own.
+/// Opens a place for a waveform, which is formatted on a thread of its own, and packed and written on another.
 ///
 /// # Errors
 /// That the path cannot be written. FST needs one that can be gone back in, which is told by [`Sink::begin`].
 pub fn open(path: &Path, kind: Kind) -> Result<Box<dyn Sink>, OutputError> {
-    let output = Output::create(path)?;
+    let output = Behind::new(Output::create(path)?);
     Ok(match kind {
         Kind::Vcd => Box::new(Background::new(VcdWriter::new(output))),
         Kind::Fst => Box::new(Background::new(FstWriter::new(output))),

@@ -12,7 +12,7 @@ use fst_writer::{
 };
 
 use super::layout::Declaration;
-use super::output::Destination;
+use super::output::{Destination, Piece};
 use super::recorder::{Format, Recorder};
 use super::section::Section;
 use super::{Layout, ScopeKind, VarKind};
@@ -20,7 +20,7 @@ use crate::value::Word;
 use crate::value::word::word_mask;
 
 /// How many bytes of changes are kept before they are compressed.
-const SECTION: usize = 32 << 20;
+const SECTION: usize = 8 << 20;
 
 /// Where the beginning of a file has its last tick, and how many sections there are.
 const END: u64 = 17;
@@ -90,7 +90,9 @@ impl<D: Destination + Seek> FstWriter<D> {
 impl<D: Destination + Seek> Fst<D> {
     fn flush(&mut self) -> io::Result<()> {
         self.sections += 1;
-        self.destination.write_all(&self.section.finish())
+        let full = self.section.take();
+        self.destination.give(Piece::Later(Box::new(move || full.pack())))?;
+        Ok(())
     }
 
     /// What the file says before its values, and the slots in the order in which it numbers them.
@@ -214,6 +216,15 @@ impl<D: Destination + Seek> Format for Fst<D> {
         } else if !(0..value.len()).all(|i| value[i] == Word::x(word_mask(width, i))) {
             self.section.change(signal, value);
         }
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn word(&mut self, slot: usize, width: u32, word: Word) -> io::Result<()> {
+        if self.first {
+            return self.value(slot, width, &[word]);
+        }
+        self.section.word(self.signals[slot] as usize, word);
         Ok(())
     }
 

@@ -7,7 +7,9 @@
 
 pub mod background;
 pub mod batch;
+pub mod behind;
 pub mod diff;
+mod fields;
 mod file;
 pub mod fst;
 pub mod layout;
@@ -24,6 +26,7 @@ pub mod save;
 mod section;
 pub mod select;
 pub mod text;
+mod thread;
 pub mod vcd;
 mod walk;
 

@@ -17,6 +17,35 @@ pub trait Destination: Write {
     /// # Errors
     /// What stands in the way; an unfinished file is then gone.
     fn complete(&mut self) -> io::Result<()>;
+
+    /// Writes a piece, and gives back a buffer that can be used again, with anything in it.
+    ///
+    /// # Errors
+    /// As for writing.
+    fn give(&mut self, piece: Piece) -> io::Result<Vec<u8>> {
+        let bytes = piece.bytes();
+        self.write_all(&bytes)?;
+        Ok(bytes)
+    }
+}
+
+/// Something to be written.
+pub enum Piece {
+    /// These bytes.
+    Made(Vec<u8>),
+    /// What this makes, where there is time for it.
+    Later(Box<dyn FnOnce() -> Vec<u8> + Send>),
+}
+
+impl Piece {
+    /// The bytes.
+    #[must_use]
+    pub fn bytes(self) -> Vec<u8> {
+        match self {
+            Piece::Made(bytes) => bytes,
+            Piece::Later(make) => make(),
+        }
+    }
 }
 
 impl Destination for Vec<u8> {
@@ -29,11 +58,19 @@ impl<D: Destination + ?Sized> Destination for &mut D {
     fn complete(&mut self) -> io::Result<()> {
         (**self).complete()
     }
+
+    fn give(&mut self, piece: Piece) -> io::Result<Vec<u8>> {
+        (**self).give(piece)
+    }
 }
 
 impl<D: Destination + ?Sized> Destination for Box<D> {
     fn complete(&mut self) -> io::Result<()> {
         (**self).complete()
+    }
+
+    fn give(&mut self, piece: Piece) -> io::Result<Vec<u8>> {
+        (**self).give(piece)
     }
 }
 

@@ -7,15 +7,14 @@ use std::collections::HashMap;
 use std::fmt;
 use std::fs::File;
 use std::io::{self, BufReader, Seek};
-use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
-use std::sync::Once;
 
 use wellen::{FileFormat, Hierarchy, LoadOptions, SignalRef, SignalSource, viewers};
 use wellen::{Signal, SignalValueRef, States};
 
 use super::names::{self, Names};
 use super::precheck;
+use crate::guard::caught;
 use crate::timescale::Timescale;
 
 /// What the values of a variable are.
@@ -311,24 +310,7 @@ fn malformed(error: wellen::WellenError) -> Fault {
 
 /// Takes a panic of the reader for what it is: a file that it cannot make sense of.
 fn guarded<T>(read: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
-    thread_local!(static GUARDED: std::cell::Cell<bool> = const { std::cell::Cell::new(false) });
-    static HOOK: Once = Once::new();
-    HOOK.call_once(|| {
-        let others = panic::take_hook();
-        panic::set_hook(Box::new(move |info| {
-            if !GUARDED.get() {
-                others(info);
-            }
-        }));
-    });
-    let before = GUARDED.replace(true);
-    let result = panic::catch_unwind(AssertUnwindSafe(read));
-    GUARDED.set(before);
-    result.unwrap_or_else(|payload| {
-        let text = payload.downcast_ref::<String>().map(String::as_str);
-        let text = text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no further detail");
-        Err(Fault::Malformed(format!("the reader gave up ({})", text.lines().next().unwrap_or_default())))
-    })
+    caught(read).unwrap_or_else(|said| Err(Fault::Malformed(format!("the reader gave up ({said})"))))
 }
 
 /// A waveform that could not be read.

@@ -141,7 +141,7 @@ fn what_is_no_file() {
 #[test]
 fn other_panics_stay_panics() {
     assert!(guarded(|| -> Result<(), Fault> { panic!("inside") }).is_err());
-    let caught = panic::catch_unwind(|| panic!("outside"));
+    let caught = std::panic::catch_unwind(|| panic!("outside"));
     assert_eq!(caught.unwrap_err().downcast_ref::<&str>(), Some(&"outside"));
 }
 

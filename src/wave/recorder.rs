@@ -6,9 +6,9 @@
 
 use std::io;
 
-use super::batch::{Part, Shape};
+use super::fields::{Fields, Touched};
 use super::{Batch, Batches, Layout, Sink};
-use crate::value::changes::{self, Change, Written};
+use crate::value::changes;
 use crate::value::{Word, word};
 
 /// How a waveform is written. Variables that are aliases have the slot of what they are an alias of; slots are numbered
@@ -49,6 +49,14 @@ pub trait Format {
     /// The destination's.
     fn value(&mut self, slot: usize, width: u32, value: &[Word]) -> io::Result<()>;
 
+    /// The same for a slot of 64 bits at most, which nearly all are.
+    ///
+    /// # Errors
+    /// The destination's.
+    fn word(&mut self, slot: usize, width: u32, value: Word) -> io::Result<()> {
+        self.value(slot, width, std::slice::from_ref(&value))
+    }
+
     /// Nothing follows: complete the destination.
     ///
     /// # Errors
@@ -71,98 +79,14 @@ pub struct Recorder<F> {
     /// What batches are made of, as far as they have come.
     shapes: Vec<Fields>,
     now: Option<u64>,
-    /// The last time that the file has; none before the first values.
-    stamped: Option<u64>,
+    /// Whether the file has the first values, and the last time that it has.
+    begun: bool,
+    stamped: u64,
 }
 
 struct Slot {
     start: usize,
     width: u32,
-}
-
-/// The fields of a shape.
-#[derive(Default)]
-struct Fields {
-    /// Where each is to be put, if it is one part; what has several begins among the others.
-    places: Vec<Place>,
-    others: Vec<Place>,
-    /// For each word of a record's bits those of fields that have a value, and those that have two.
-    valued: Vec<[u64; 2]>,
-    /// Whether each field is a variable of its own, in the order of the layout.
-    direct: bool,
-}
-
-/// Where some bits of a field belong.
-#[derive(Clone, Copy)]
-struct Place {
-    slot: u32,
-    /// The word among the values of all slots.
-    at: u32,
-    mask: u64,
-    from: u8,
-    to: u8,
-    width: u8,
-    written: Written,
-    /// Whether it is among the others that the parts of a field are, the first of which is `at`, `slot` many.
-    several: bool,
-}
-
-impl Fields {
-    fn new(shape: &Shape, slot_of: &[u32], slots: &[Slot]) -> Fields {
-        let mut fields = Fields::default();
-        for (number, &(written, _)) in shape.fields.iter().enumerate() {
-            let place = |part: &Part| {
-                let slot = slot_of[part.var as usize];
-                let at = slots[slot as usize].start as u32 + part.word;
-                let Part { from, to, width, .. } = *part;
-                Place { slot, at, mask: part.mask(), from, to, width, written, several: false }
-            };
-            let place = match shape.parts(number) {
-                [part] => place(part),
-                parts => {
-                    let at = fields.others.len() as u32;
-                    fields.others.extend(parts.iter().map(place));
-                    Place { slot: parts.len() as u32, at, mask: 0, from: 0, to: 0, width: 0, written, several: true }
-                }
-            };
-            fields.places.push(place);
-        }
-        fields.valued = vec![[0; 2]; fields.places.len().div_ceil(64)];
-        for (i, place) in fields.places.iter().enumerate() {
-            let bit = 1 << 63 >> (i % 64);
-            fields.valued[i / 64][0] |= if place.written == Written::Toggled { 0 } else { bit };
-            fields.valued[i / 64][1] |= if place.written == Written::Both { bit } else { 0 };
-        }
-        let whole = |p: &Place| !p.several && u32::from(p.width) == slots[p.slot as usize].width;
-        fields.direct = fields.places.iter().all(whole) && fields.places.is_sorted_by(|a, b| a.slot < b.slot);
-        fields
-    }
-
-    /// How many values a record with such bits has.
-    fn values(&self, bits: &[u64]) -> usize {
-        let count = |(bits, [one, two]): (&u64, &[u64; 2])| (bits & one).count_ones() + (bits & two).count_ones();
-        bits.iter().zip(&self.valued).map(count).sum::<u32>() as usize
-    }
-}
-
-/// Numbers of slots, each once: a bit for each slot, and one for each word of these.
-#[derive(Default)]
-struct Touched {
-    bits: Vec<u64>,
-    summary: Vec<u64>,
-}
-
-impl Touched {
-    fn new(slots: usize) -> Touched {
-        let words = slots.div_ceil(64);
-        Touched { bits: vec![0; words], summary: vec![0; words.div_ceil(64)] }
-    }
-
-    #[inline(always)]
-    fn insert(&mut self, slot: usize) {
-        self.bits[slot / 64] |= 1 << (slot % 64);
-        self.summary[slot / 4096] |= 1 << (slot / 64 % 64);
-    }
 }
 
 impl Slot {
@@ -183,7 +107,8 @@ impl<F: Format> Recorder<F> {
             touched: Touched::default(),
             shapes: Vec::new(),
             now: None,
-            stamped: None,
+            begun: false,
+            stamped: 0,
         }
     }
 
@@ -195,14 +120,14 @@ impl<F: Format> Recorder<F> {
     /// Writes what this tick has changed.
     fn settle(&mut self) -> io::Result<()> {
         let Some(now) = self.now else { return Ok(()) };
-        if self.stamped.is_none() {
+        if !self.begun {
             self.format.first(now)?;
             for (i, slot) in self.slots.iter().enumerate() {
                 self.format.value(i, slot.width, &self.current[slot.words()])?;
             }
             self.format.first_done()?;
             self.written.copy_from_slice(&self.current);
-            self.stamped = Some(now);
+            (self.begun, self.stamped) = (true, now);
             self.touched = Touched::new(self.slots.len());
             return Ok(());
         }
@@ -227,24 +152,36 @@ impl<F: Format> Recorder<F> {
     fn write(&mut self, slot: usize, now: u64) -> io::Result<()> {
         let Slot { start, width } = self.slots[slot];
         // nearly all are of one word, for which a comparison of slices costs more than it compares
-        if width <= 64 {
-            let value = self.current[start];
-            if self.written[start] == value {
-                return Ok(());
-            }
-            self.written[start] = value;
-        } else {
-            let range = start..start + word::words(width);
-            if self.written[range.clone()] == self.current[range.clone()] {
-                return Ok(());
-            }
-            self.written[range.clone()].copy_from_slice(&self.current[range]);
+        if width > 64 {
+            return self.write_wide(slot, now);
         }
-        if self.stamped != Some(now) {
-            self.format.time(now)?;
-            self.stamped = Some(now);
+        let (value, written) = (self.current[start], &mut self.written[start]);
+        if *written == value {
+            return Ok(());
         }
-        self.format.value(slot, width, &self.current[start..start + word::words(width)])
+        *written = value;
+        if self.stamped != now {
+            self.stamp(now)?;
+        }
+        self.format.word(slot, width, value)
+    }
+
+    fn write_wide(&mut self, slot: usize, now: u64) -> io::Result<()> {
+        let (width, range) = (self.slots[slot].width, self.slots[slot].words());
+        if self.written[range.clone()] == self.current[range.clone()] {
+            return Ok(());
+        }
+        self.written[range.clone()].copy_from_slice(&self.current[range.clone()]);
+        if self.stamped != now {
+            self.stamp(now)?;
+        }
+        self.format.value(slot, width, &self.current[range])
+    }
+
+    #[inline(always)]
+    fn stamp(&mut self, now: u64) -> io::Result<()> {
+        self.stamped = now;
+        self.format.time(now)
     }
 }
 
@@ -299,7 +236,7 @@ impl<F: Format> Sink for Recorder<F> {
             Some(_) => {}
         }
         self.settle()?;
-        if self.stamped != Some(end) {
+        if self.stamped != end {
             self.format.time(end)?;
         }
         self.format.finish()
@@ -309,7 +246,10 @@ impl<F: Format> Sink for Recorder<F> {
 impl<F: Format> Batches for Recorder<F> {
     fn batch(&mut self, batch: Batch) -> io::Result<Vec<u64>> {
         for shape in &batch.shapes[self.shapes.len()..] {
-            self.shapes.push(Fields::new(shape, &self.slot_of, &self.slots));
+            self.shapes.push(Fields::new(shape, |var| {
+                let slot = self.slot_of[var as usize];
+                (slot, self.slots[slot as usize].start as u32)
+            }));
         }
         changes::read(&batch.words, self)?;
         Ok(batch.words)
@@ -321,73 +261,13 @@ impl<F: Format> changes::Reader for Recorder<F> {
 
     #[inline(always)]
     fn fields(&self, shape: usize) -> usize {
-        self.shapes[shape].places.len()
+        self.shapes[shape].len()
     }
 
     #[inline(always)]
     fn record(&mut self, shape: usize, time: u64, bits: &[u64], values: &[u64]) -> io::Result<usize> {
-        let again = self.now == Some(time);
         self.time(time)?;
-        let fields = &self.shapes[shape];
-        if fields.direct && !again && self.stamped.is_some() {
-            // the tick is this record, if the next is of another
-            let next = values.get(fields.values(bits) + 1);
-            if next.is_some_and(|&next| next != time) {
-                return self.write_at_once(shape, time, bits, values);
-            }
-        }
-        let Fields { places, others, .. } = fields;
-        let (current, touched) = (&mut self.current[..], &mut self.touched);
-        let mut put = |place: &Place, change: Change| {
-            change.put(&mut current[place.at as usize], place.from, place.to, place.mask);
-            touched.insert(place.slot as usize);
-        };
-        let used = changes::each(
-            bits,
-            values,
-            |field| places[field].written,
-            |field, change| {
-                let place = &places[field];
-                if !place.several {
-                    return put(place, change);
-                }
-                others[place.at as usize..][..place.slot as usize].iter().for_each(|place| put(place, change));
-            },
-        );
-        Ok(used)
-    }
-}
-
-impl<F: Format> Recorder<F> {
-    /// Writes what a record has changed that is all of its tick, in the order of the layout.
-    #[inline(always)]
-    fn write_at_once(&mut self, shape: usize, now: u64, bits: &[u64], values: &[u64]) -> io::Result<usize> {
-        let places = &self.shapes[shape].places[..];
-        let Recorder { format, written, current, stamped, .. } = self;
-        let mut told = Ok(());
-        let used = changes::each(
-            bits,
-            values,
-            |field| places[field].written,
-            |field, change| {
-                let Place { slot, at, width, from, to, mask, .. } = places[field];
-                let value = &mut current[at as usize];
-                // a field may be wider than what is written of it
-                change.put(value, from, to, mask);
-                if written[at as usize] == *value || told.is_err() {
-                    return;
-                }
-                written[at as usize] = *value;
-                if *stamped != Some(now) {
-                    *stamped = Some(now);
-                    told = format.time(now);
-                }
-                if told.is_ok() {
-                    told = format.value(slot as usize, width.into(), std::slice::from_ref(value));
-                }
-            },
-        );
-        told.map(|()| used)
+        Ok(self.shapes[shape].put(bits, values, &mut self.current, &mut self.touched))
     }
 }
 

@@ -14,6 +14,8 @@ const BLOCK: u8 = 8;
 const LZ4: u8 = b'4';
 /// Below this many bytes it is not worth it.
 const LEAST: usize = 32;
+/// Bytes for a time and a value of 64 bits, rounded up.
+const ROOM: usize = 16;
 /// How hard times are packed.
 const ZLIB_LEVEL: u8 = 3;
 
@@ -39,7 +41,34 @@ struct Signal {
     at: usize,
     /// The time of its last change, counted from the beginning of the section.
     last: u32,
+    /// How a time goes together with a known value: moved by so much, with these bits of the value, and how many bytes of
+    /// it behind.
+    shift: u8,
+    with: u8,
+    bytes: u8,
+    /// What has changed, and room for more behind.
     changes: Vec<u8>,
+    used: usize,
+}
+
+impl Signal {
+    fn new(width: u32, at: usize) -> Signal {
+        let (shift, with, bytes) = if width == 1 { (2, 1, 0) } else { (1, 0, width.div_ceil(8).min(8) as u8) };
+        Signal { width, at, last: 0, shift, with, bytes, changes: Vec::new(), used: 0 }
+    }
+}
+
+impl Signal {
+    /// Adds a change at a time with what writes it; returns how many bytes it has.
+    #[cold]
+    fn push(&mut self, count: u32, write: impl FnOnce(&mut Vec<u8>, u64, u32)) -> usize {
+        let distance = u64::from(count - self.last);
+        self.last = count;
+        self.changes.truncate(self.used);
+        write(&mut self.changes, distance, self.width);
+        let before = std::mem::replace(&mut self.used, self.changes.len());
+        self.used - before
+    }
 }
 
 impl Section {
@@ -47,7 +76,7 @@ impl Section {
     pub fn new(widths: impl Iterator<Item = u32>) -> Section {
         let mut section = Section::default();
         for width in widths {
-            let signal = Signal { width, at: section.values.len(), last: 0, changes: Vec::new() };
+            let signal = Signal::new(width, section.values.len());
             section.values.extend((0..words(width)).map(|i| Word::x(crate::value::word::word_mask(width, i))));
             section.signals.push(signal);
         }
@@ -79,35 +108,44 @@ impl Section {
     }
 
     /// A signal has another value from the last time on.
-    #[inline]
     pub fn change(&mut self, signal: usize, value: &[Word]) {
-        let signal = &mut self.signals[signal];
-        let distance = u64::from(self.count - signal.last);
-        signal.last = self.count;
-        let out = &mut signal.changes;
-        let before = out.len();
-        let word = value[0];
-        if signal.width > 64 {
-            self.values[signal.at..signal.at + value.len()].copy_from_slice(value);
-            wide(out, distance, value, signal.width);
-        } else {
-            self.values[signal.at] = word;
-            if signal.width == 1 {
-                let code = match word.u {
-                    0 => distance << 2 | word.v << 1,
-                    _ => distance << 4 | word.v << 1 | 1,
-                };
-                number(out, code);
-            } else if word.u == 0 {
-                number(out, distance << 1);
-                let bytes = out.len() + signal.width.div_ceil(8) as usize;
-                out.extend_from_slice(&(word.v << (64 - signal.width)).to_be_bytes());
-                out.truncate(bytes);
-            } else {
-                wide(out, distance, value, signal.width);
-            }
+        if let [word] = value {
+            return self.word(signal, *word);
         }
-        self.size += out.len() - before;
+        let signal = &mut self.signals[signal];
+        self.values[signal.at..signal.at + value.len()].copy_from_slice(value);
+        self.size += signal.push(self.count, |out, distance, width| wide(out, distance, value, width));
+    }
+
+    /// The same for a signal of 64 bits at most. Which one comes next nobody can foresee, so all of them take the same
+    /// steps.
+    #[inline(always)]
+    pub fn word(&mut self, signal: usize, word: Word) {
+        let signal = &mut self.signals[signal];
+        self.values[signal.at] = word;
+        let distance = u64::from(self.count - signal.last);
+        let code = distance << signal.shift | (word.v & u64::from(signal.with)) << 1;
+        if word.u != 0 || code >> 14 != 0 {
+            self.size += signal.push(self.count, |out, distance, width| match (width, word.u) {
+                (1, 0) => number(out, distance << 2 | word.v << 1),
+                (1, _) => number(out, distance << 4 | word.v << 1 | 1),
+                _ => wide(out, distance, &[word], width),
+            });
+            return;
+        }
+        signal.last = self.count;
+        if signal.changes.len() < signal.used + ROOM {
+            signal.changes.resize((2 * signal.used).max(2 * ROOM), 0);
+        }
+        let room: &mut [u8; ROOM] = signal.changes[signal.used..].first_chunk_mut().expect("room was made");
+        let long = code > 0x7f;
+        room[0] = code as u8 & 0x7f | u8::from(long) << 7;
+        room[1] = (code >> 7) as u8;
+        let after = 1 + usize::from(long);
+        room[after..after + 8].copy_from_slice(&(word.v << (64 - signal.width)).to_be_bytes());
+        let bytes = after + usize::from(signal.bytes);
+        signal.used += bytes;
+        self.size += bytes;
     }
 
     /// All values as text.
@@ -119,8 +157,36 @@ impl Section {
         text
     }
 
-    /// The section as it is in a file. What comes next is another.
-    pub fn finish(&mut self) -> Vec<u8> {
+    /// Takes what there is, to be packed. What comes next is another section.
+    pub fn take(&mut self) -> Full {
+        let mut signals = Vec::with_capacity(self.signals.len());
+        for signal in &mut self.signals {
+            let mut changes = std::mem::take(&mut signal.changes);
+            changes.truncate(signal.used);
+            (signal.used, signal.last) = (0, 0);
+            signals.push((signal.width, changes));
+        }
+        let (frame, times) = (std::mem::take(&mut self.frame), std::mem::take(&mut self.times));
+        let full = Full { signals, frame, times, count: self.count, start: self.start, end: self.end };
+        (self.count, self.size, self.start) = (0, 0, self.end);
+        full
+    }
+}
+
+/// A section to which nothing is added any more.
+pub(super) struct Full {
+    /// The width of each signal, and its changes.
+    signals: Vec<(u32, Vec<u8>)>,
+    frame: Vec<u8>,
+    times: Vec<u8>,
+    count: u32,
+    start: u64,
+    end: u64,
+}
+
+impl Full {
+    /// The section as it is in a file.
+    pub fn pack(self) -> Vec<u8> {
         let mut out = vec![BLOCK];
         out.extend([0; 8]);
         let mut needed = 0;
@@ -136,8 +202,7 @@ impl Section {
         out.push(LZ4);
         let (mut offsets, mut none, mut last) = (Vec::new(), 0_u64, 0);
         let mut known: HashMap<Key<'_>, Vec<usize>> = HashMap::new();
-        for (i, signal) in self.signals.iter().enumerate() {
-            let changes = &signal.changes;
+        for (i, (width, changes)) in self.signals.iter().enumerate() {
             if changes.is_empty() {
                 none += 1;
                 continue;
@@ -145,13 +210,14 @@ impl Section {
             if none > 0 {
                 number(&mut offsets, std::mem::take(&mut none) << 1);
             }
-            let alike = known.entry(key(signal)).or_default();
-            if let Some(&same) = alike.iter().find(|&&other| self.signals[other].changes == *changes) {
+            // a reader unpacks those that are the same once each
+            needed += changes.len() as u64;
+            let alike = known.entry(key(*width, changes)).or_default();
+            if let Some(&same) = alike.iter().find(|&&other| self.signals[other].1 == *changes) {
                 signed(&mut offsets, -(same as i64 + 1) << 1 | 1);
                 continue;
             }
             alike.push(i);
-            needed += changes.len() as u64;
             let start = out.len() - base;
             signed(&mut offsets, ((start - last) as i64) << 1 | 1);
             last = start;
@@ -178,13 +244,6 @@ impl Section {
         let length = out.len() as u64 - 1;
         out[1..9].copy_from_slice(&length.to_be_bytes());
         out[25..33].copy_from_slice(&u64::to_be_bytes(needed));
-
-        self.times.clear();
-        (self.count, self.size, self.start) = (0, 0, self.end);
-        for signal in &mut self.signals {
-            signal.changes.clear();
-            signal.last = 0;
-        }
         out
     }
 }
@@ -192,10 +251,9 @@ impl Section {
 /// What changes that are the same have in common, without looking at all of them.
 type Key<'s> = (u32, usize, &'s [u8], &'s [u8]);
 
-fn key(signal: &Signal) -> Key<'_> {
-    let all = &signal.changes;
+fn key(width: u32, all: &[u8]) -> Key<'_> {
     let some = all.len().min(64);
-    (signal.width, all.len(), &all[..some], &all[all.len() - some..])
+    (width, all.len(), &all[..some], &all[all.len() - some..])
 }
 
 /// A value of any width.

@@ -1,15 +1,16 @@
 //! Writing VCD (IEEE 1364-2005, clause 18) while a run goes on.
 //!
-//! The `vcd` crate writes the header and the commands. Times and values, which are nearly all of a file, are formatted
-//! here, eight bits or two digits at a time: `cargo bench --bench wave` has both ways beside each other. The bytes are the same everywhere: no date, no version number. A file cut off at the end of any line
-//! after the header reads as the run up to there.
+//! The `vcd` crate writes the header and the commands. It takes a vector bit by bit and passes each on to the destination,
+//! so times and values, which are nearly all of a file, are formatted here, eight bits or two digits at a time: `cargo
+//! bench --bench wave` has both ways beside each other (docs/engines.md). The bytes are the same everywhere: no date, no
+//! version number. A file cut off at the end of any line after the header reads as the run up to there.
 
 use std::io;
 
 use vcd::{IdCode, ReferenceIndex, ScopeType, SimulationCommand, TimescaleUnit, VarType};
 
 use super::layout::Declaration;
-use super::output::Destination;
+use super::output::{Destination, Piece};
 use super::recorder::{Format, Recorder};
 use super::{Layout, ScopeKind, VarKind};
 use crate::timescale::Unit;
@@ -48,20 +49,25 @@ pub struct Vcd<D> {
     /// Text that the destination has not been given yet: `end` bytes, and room for more.
     text: Vec<u8>,
     end: usize,
-    /// What stands behind the values of each slot.
-    tails: Vec<Tail>,
+    /// What stands around the values of each slot.
+    frames: Vec<Frame>,
 }
 
-/// A space for a vector, the identifier, the end of the line.
+/// The lines of a slot, but for the value.
 #[derive(Clone, Copy)]
-struct Tail {
-    text: [u8; TAIL],
+struct Frame {
+    /// A space for a vector, the identifier, the end of the line.
+    tail: [u8; TAIL],
     len: u8,
+    /// Characters before the value: the `b` of a vector.
+    lead: u8,
 }
 
 /// A space, an identifier of at most ten characters (64 bits to the base 94), the end of the line; rounded up to what is
 /// copied at once.
 const TAIL: usize = 16;
+/// The most that a value of one word is written to: `b`, the digits, the rest.
+const LINE: usize = 1 + 64 + TAIL;
 /// The sign of a time, the digits of the longest, the end of the line, and a digit too many.
 const STAMP: usize = 23;
 
@@ -69,15 +75,18 @@ impl<D: Destination> VcdWriter<D> {
     /// A writer into this destination; nothing is written before [`Sink::begin`](super::Sink::begin).
     pub fn new(destination: D) -> VcdWriter<D> {
         let out = vcd::Writer::new(Vec::new());
-        Recorder::with(Vcd { destination, out, text: vec![0; CHUNK], end: 0, tails: Vec::new() })
+        Recorder::with(Vcd { destination, out, text: vec![0; CHUNK], end: 0, frames: Vec::new() })
     }
 }
 
 impl<D: Destination> Vcd<D> {
     /// Hands on what there is. Only called at the end of a line.
     fn drain(&mut self) -> io::Result<()> {
-        self.destination.write_all(&self.text[..self.end])?;
+        let mut text = std::mem::take(&mut self.text);
+        text.truncate(self.end);
         self.end = 0;
+        self.text = self.destination.give(Piece::Made(text))?;
+        self.text.resize(CHUNK, 0);
         Ok(())
     }
 
@@ -141,7 +150,7 @@ impl<D: Destination> Format for Vcd<D> {
             let text = if var.width == 1 { format!("{id}\n") } else { format!(" {id}\n") };
             let mut tail = [0; TAIL];
             tail[..text.len()].copy_from_slice(text.as_bytes());
-            self.tails.push(Tail { text: tail, len: text.len() as u8 });
+            self.frames.push(Frame { tail, len: text.len() as u8, lead: u8::from(var.width > 1) });
             ids.push(id);
             id = following(id);
         }
@@ -182,40 +191,49 @@ impl<D: Destination> Format for Vcd<D> {
     }
 
     /// At full width: every reader takes that, and none has to extend it.
-    #[inline]
     fn value(&mut self, slot: usize, width: u32, words: &[Word]) -> io::Result<()> {
-        let tail = self.tails[slot];
-        // the first bit comes first, so the last piece may be too long: what stands behind it is put over that
-        let pieces = width.div_ceil(8) as usize;
-        let out = self.room(8 * pieces.max(8) + 1 + TAIL)?;
-        let mut at = 1;
-        if width == 1 {
-            out[0] = text(words[0].v as u8 & 1, words[0].u as u8 & 1)[7];
-        } else {
-            out[0] = b'b';
-            let (chunks, _) = out[1..].as_chunks_mut::<8>();
-            if let (1..=64, [word, ..]) = (width, words) {
-                let (v, u) = (word.v << (64 - width), word.u << (64 - width));
-                // in steps that one can foresee, rather than as many as there are
-                let (v, u) = (v.to_be_bytes(), u.to_be_bytes());
-                let mut put = |range: std::ops::Range<usize>| range.for_each(|i| chunks[i] = text(v[i], u[i]));
-                put(0..2);
-                if pieces > 2 {
-                    put(2..4);
-                }
-                if pieces > 4 {
-                    put(4..8);
-                }
-            } else {
-                for (i, chunk) in chunks.iter_mut().take(pieces).enumerate() {
-                    let (v, u) = byte(words, width as usize - 8 * i);
-                    *chunk = text(v, u);
-                }
-            }
-            at += width as usize;
+        if let [word] = words {
+            return self.word(slot, width, *word);
         }
-        out[at..at + TAIL].copy_from_slice(&tail.text);
-        self.end += at + tail.len as usize;
+        let frame = self.frames[slot];
+        let pieces = width.div_ceil(8) as usize;
+        // the first bit comes first, so the last piece may be too long: what stands behind it is put over that
+        let out = self.room(1 + 8 * pieces + TAIL)?;
+        out[0] = b'b';
+        for (i, chunk) in out[1..].as_chunks_mut::<8>().0.iter_mut().take(pieces).enumerate() {
+            let (v, u) = byte(words, width as usize - 8 * i);
+            *chunk = text(v, u);
+        }
+        let at = 1 + width as usize;
+        out[at..at + TAIL].copy_from_slice(&frame.tail);
+        self.end += at + usize::from(frame.len);
+        Ok(())
+    }
+
+    /// In as many steps for one bit as for half a word: which comes next nobody can foresee, and to be wrong about it costs
+    /// more.
+    #[inline(always)]
+    fn word(&mut self, slot: usize, width: u32, word: Word) -> io::Result<()> {
+        let frame = self.frames[slot];
+        let room = self.room(LINE)?;
+        let (out, width) = (room.first_chunk_mut::<LINE>().expect("that much was asked for"), width as usize & 127);
+        let lead = usize::from(frame.lead & 1);
+        out[0] = b'b';
+        let (v, u) = ((word.v << (64 - width)).to_be_bytes(), word.u << (64 - width));
+        let digits: &mut [u8; 64] = out[lead..].first_chunk_mut().expect("a line has room for them");
+        let (digits, _) = digits.as_chunks_mut::<8>();
+        (0..4).for_each(|i| digits[i] = DIGITS[v[i] as usize]);
+        if width > 32 {
+            (4..8).for_each(|i| digits[i] = DIGITS[v[i] as usize]);
+        }
+        if u != 0 {
+            let u = u.to_be_bytes();
+            (0..8).for_each(|i| digits[i] = text(v[i], u[i]));
+        }
+        let at = lead + width;
+        // over what is too much of the last digits
+        out[at..at + TAIL].copy_from_slice(&frame.tail);
+        self.end += at + usize::from(frame.len);
         Ok(())
     }
 
@@ -261,7 +279,6 @@ fn byte(words: &[Word], high: usize) -> (u8, u8) {
 /// for u, plus 1 more for both, which is `z`.
 #[inline(always)]
 fn text(v: u8, u: u8) -> [u8; 8] {
-    const ZEROS: u64 = u64::from_le_bytes([b'0'; 8]);
     const TO_X: u64 = (b'x' - b'0') as u64;
     let known = ZEROS + SPREAD[v as usize];
     if u == 0 {
@@ -269,6 +286,9 @@ fn text(v: u8, u: u8) -> [u8; 8] {
     }
     (known + SPREAD[u as usize] * TO_X + SPREAD[(v & u) as usize]).to_le_bytes()
 }
+
+/// Eight digits.
+const ZEROS: u64 = u64::from_le_bytes([b'0'; 8]);
 
 /// Bit i of the index in byte 7 - i.
 const SPREAD: [u64; 256] = {
@@ -280,6 +300,17 @@ const SPREAD: [u64; 256] = {
             table[n] |= (n as u64 >> bit & 1) << ((7 - bit) * 8);
             bit += 1;
         }
+        n += 1;
+    }
+    table
+};
+
+/// Eight known bits as text.
+const DIGITS: [[u8; 8]; 256] = {
+    let mut table = [[0; 8]; 256];
+    let mut n = 0;
+    while n < 256 {
+        table[n] = (ZEROS + SPREAD[n]).to_le_bytes();
         n += 1;
     }
     table

@@ -304,12 +304,14 @@ impl Picture {
             }
         }
         let mut of_pin: Vec<Option<usize>> = Vec::new();
+        let mut from: Vec<u32> = Vec::new();
         for pin in &self.pins {
             let owner = &self.things[pin.owner];
             let named =
                 || (owner.thing == Thing::Port).then(|| by_name.get(&(owner.path.as_str(), 0)).copied()).flatten();
             let line = ends.get(&key(pin.at)).copied().or_else(named);
             of_pin.push(line);
+            from.push(line.map_or(0, |line| self.nets[self.lines[line].net].lo));
         }
         // wires that meet at one point of the frame of an opened instance are one
         let mut at_point: HashMap<[i64; 2], usize> = HashMap::new();
@@ -331,15 +333,15 @@ impl Picture {
                 }
             }
         }
-        let mut lowest: HashMap<usize, (u32, u32)> = HashMap::new();
+        let mut widths: HashMap<usize, u32> = HashMap::new();
         for (i, line) in self.lines.iter().enumerate() {
             let net = &self.nets[line.net];
             let root = joined.root(i);
-            let before = *lowest.entry(root).or_insert((net.lo, net.width));
-            assert_eq!(before.1, net.width, "{what}: wires of different widths meet at {line:?}");
+            let before = *widths.entry(root).or_insert(net.width);
+            assert_eq!(before, net.width, "{what}: wires of different widths meet at {line:?}");
         }
         let roots: Vec<Option<usize>> = of_pin.iter().map(|l| l.map(|l| joined.root(l))).collect();
-        let mut wiring = Wiring { roots, lowest, bits: BTreeMap::new(), constants: BTreeMap::new() };
+        let mut wiring = Wiring { roots, from, widths, bits: BTreeMap::new(), constants: BTreeMap::new() };
         wiring.bars(self);
         wiring
     }
@@ -365,8 +367,10 @@ impl Joined {
 /// Which wire each pin is at, bit by bit.
 pub struct Wiring {
     roots: Vec<Option<usize>>,
-    /// The lowest bit of the signal that a wire shows, and how wide it is.
-    lowest: HashMap<usize, (u32, u32)>,
+    /// The lowest bit of the signal that the wire at each pin shows: within an instance it is another's than around it.
+    from: Vec<u32>,
+    /// How wide each wire is.
+    widths: HashMap<usize, u32>,
     /// Bits that are those of another wire, through bars.
     bits: BTreeMap<(usize, u32), (usize, u32)>,
     pub constants: BTreeMap<(usize, u32), Logic>,
@@ -388,13 +392,13 @@ impl Wiring {
     }
 
     pub fn width(&self, pin: usize) -> u32 {
-        self.roots[pin].map_or(1, |root| self.lowest[&root].1)
+        self.roots[pin].map_or(1, |root| self.widths[&root])
     }
 
     /// The bits at a pin of so many; none if there is no wire.
     pub fn bits(&self, pin: usize, width: u32) -> Option<Vec<(usize, u32)>> {
         let root = self.roots[pin]?;
-        assert_eq!(self.lowest[&root].1, width, "a pin of {width} bits at a wire of others");
+        assert_eq!(self.widths[&root], width, "a pin of {width} bits at a wire of others");
         Some((0..width).map(|i| self.root((root, i))).collect())
     }
 
@@ -403,9 +407,9 @@ impl Wiring {
         for (t, thing) in picture.things.iter().enumerate().filter(|(_, t)| t.thing == Thing::Bar) {
             let of: Vec<usize> = (0..picture.pins.len()).filter(|&p| picture.pins[p].owner == t).collect();
             let common = of.iter().copied().find(|&p| matches!(picture.pins[p].name.as_str(), "in" | "out"));
-            let Some(whole) = common.and_then(|p| self.roots[p]) else { continue };
-            let base = if thing.kind == "split" { self.lowest[&whole].0 } else { 0 };
-            for p in of.into_iter().filter(|&p| Some(p) != common) {
+            let Some((common, whole)) = common.and_then(|p| Some((p, self.roots[p]?))) else { continue };
+            let base = if thing.kind == "split" { self.from[common] } else { 0 };
+            for p in of.into_iter().filter(|&p| p != common) {
                 let name = picture.pins[p].name.trim_matches(['[', ']']);
                 let (hi, lo) = name.split_once(':').unwrap_or((name, name));
                 let (hi, lo): (u32, u32) = (hi.parse().expect("a bit"), lo.parse().expect("a bit"));
@@ -414,7 +418,7 @@ impl Wiring {
                     continue;
                 }
                 let Some(part) = self.roots[p] else { continue };
-                let width = self.lowest[&part].1;
+                let width = self.widths[&part];
                 for bit in lo..=hi {
                     self.unite((part, (bit - lo) % width), (whole, bit - base));
                 }
@@ -422,7 +426,7 @@ impl Wiring {
         }
         for (pin, root) in picture.pins.iter().zip(self.roots.clone()) {
             if let (Some(text), Some(root)) = (&pin.constant, root) {
-                let value = Value::for_width(text, self.lowest[&root].1).expect("a constant");
+                let value = Value::for_width(text, self.widths[&root]).expect("a constant");
                 (0..value.width()).for_each(|i| {
                     self.constants.insert(self.root((root, i)), value.bit(i));
                 });

@@ -16,6 +16,8 @@ Examples:
         the signals of the top module
   discreta wave line.vcd --signals dt --signals '?t' --signals f --signed f --from 20ns --to 100ns
         some of them in this order, f in two's complement, a window of time
+  discreta wave circle.vcd --circuit circuits/quadrant/circle.json --signals '**.quadrant'
+        with the names that the circuit has for values
   discreta wave cpu.fst --signals 'cpu.alu.**' --ascii --width 80
         all below a scope, for a log
 
@@ -45,6 +47,10 @@ pub struct WaveTextArgs {
     /// Write signals that match as signed numbers; may be given several times
     #[arg(long, value_name = "GLOB")]
     pub signed: Vec<String>,
+
+    /// Write names of values, and signed numbers, where this circuit has them
+    #[arg(long, value_name = "CIRCUIT", value_hint = ValueHint::FilePath)]
+    pub circuit: Option<PathBuf>,
 
     /// Characters of a line; by default those of the terminal, or 100
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(20..))]

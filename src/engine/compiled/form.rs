@@ -229,11 +229,6 @@ impl Form {
     pub fn forget_ticks(&mut self, input: u32) {
         self.ticks.insert(input, None);
     }
-
-    /// Whether all of the state may be unknown.
-    pub fn is_general(&self) -> bool {
-        self.unknown.is_none()
-    }
 }
 
 /// Single bits of state that have names as bits of a word, each bit once.

@@ -14,6 +14,7 @@ mod cells;
 mod chains;
 mod changes;
 mod codegen;
+mod conditions;
 mod contents;
 mod form;
 mod four;
@@ -23,11 +24,13 @@ mod identities;
 mod lower;
 mod machine;
 mod memory;
+mod narrow;
 mod pack;
 mod peek;
 mod period;
 mod plan;
 mod prefix;
+mod report;
 mod segments;
 mod steps;
 mod tick;
@@ -46,12 +49,12 @@ use crate::value::word::words;
 use changes::Tracing;
 use codegen::Shared;
 use form::{DEFAULT_CHUNK, Form, Kept};
+use narrow::Looks;
 use peek::{Held, Keeps, Peeked};
+pub use report::EngineReport;
 use steps::Steps;
 use wiring::Wiring;
 
-/// Rounds of clock edges within one wave after which it counts as endless, as in the event engine.
-const ENDLESS: usize = 1_000_008;
 /// Ticks that were left before they did anything after which they are no longer tried.
 const ABORTS: u32 = 64;
 /// Runs of a loop's chunk after which it is looked at step by step.
@@ -112,24 +115,9 @@ pub struct CompiledEngine<'n> {
     started: bool,
     /// A slot that was unknown when last looked for, and how long that has gone on.
     last_unknown: u32,
-    waiting: u64,
     patience: u64,
+    looks: Looks,
     report: EngineReport,
-}
-
-/// How a run went, in the compiled engine's own terms.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct EngineReport {
-    /// Waves in which all state and inputs were known.
-    pub known: u64,
-    /// Waves in which some state was taken to be unknown, and the rest to be known.
-    pub mixed: u64,
-    /// Waves in the four-valued form.
-    pub four_valued: u64,
-    /// Forms that were compiled.
-    pub forms: u64,
-    /// Waves that ran on state packed into words.
-    pub packed: u64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -249,8 +237,8 @@ impl<'n> CompiledEngine<'n> {
             now: 0,
             started: false,
             last_unknown: wiring.leaves.start,
-            waiting: 0,
             patience: PATIENCE,
+            looks: Looks::from(0, PATIENCE / 2),
             report: EngineReport::default(),
             wiring,
         };
@@ -494,12 +482,7 @@ impl Engine for CompiledEngine<'_> {
     }
 
     fn summary(&self) -> String {
-        let EngineReport { known, mixed, four_valued, .. } = self.report;
-        let mixed = if mixed > 0 { format!("{mixed} with some unknown, ") } else { String::new() };
-        format!(
-            "engine compiled, {} waves: {known} all known, {mixed}{four_valued} four-valued",
-            known + self.report.mixed + four_valued
-        )
+        self.report.to_string()
     }
 }
 

@@ -1,18 +1,14 @@
 //! Feedback step by step, by the functions of the cell room, as the event engine does it: for loops that take long to
 //! settle, or never do.
 
+use std::ops::Range;
+
 use super::peek::{Held, Peeked};
 use super::wiring::Wiring;
+use crate::engine::endless;
 use crate::netlist::{CellId, NetId, Netlist};
 use crate::value::Word;
 use crate::value::word::words;
-
-/// Steps after which a loop counts as endless, as in the event engine.
-const ENDLESS: usize = 1_000_000;
-/// Steps in which the nets that keep changing are looked for.
-const SHOWN: usize = 4096;
-/// Steps that what is x has to get round the loop.
-const STEPS: usize = 64;
 
 /// What stepping needs room for.
 #[derive(Debug, Default)]
@@ -36,13 +32,13 @@ impl Steps {
         // what the loop reads beside itself does not change
         let mut peeked = Peeked::new(netlist, wiring);
         peeked.fill(&Held::state(netlist, wiring, memory), cells);
-        let mut old = self.snapshot(netlist, wiring, memory, cells);
+        let mut old = snapshot(netlist, wiring, memory, cells);
         let mut next_snapshot = 1;
-        for step in 1..ENDLESS {
+        for step in 1..endless::STEPS {
             if !self.step(netlist, wiring, memory, cells, &mut peeked) {
                 return Ok(());
             }
-            let now = self.snapshot(netlist, wiring, memory, cells);
+            let now = snapshot(netlist, wiring, memory, cells);
             if now == old {
                 break;
             }
@@ -63,42 +59,28 @@ impl Steps {
         cells: &[CellId],
         peeked: &mut Peeked,
     ) -> Vec<NetId> {
-        let start = self.snapshot(netlist, wiring, memory, cells);
-        let mut changing = vec![0; start.len()];
-        let mut before = start.clone();
-        for _ in 0..SHOWN {
+        let start = snapshot(netlist, wiring, memory, cells);
+        let changing = endless::changing(&start, || {
             self.step(netlist, wiring, memory, cells, peeked);
-            let after = self.snapshot(netlist, wiring, memory, cells);
-            for (bits, (old, new)) in changing.iter_mut().zip(before.iter().zip(&after)) {
-                *bits |= old.difference(*new);
-            }
-            if after == start {
-                break;
-            }
-            before = after;
-        }
-        let (mut at, mut nets) = (0, Vec::new());
-        for net in outputs(netlist, cells) {
-            let slot = wiring.slot[net.index()].expect("what loops have has a place") as usize;
-            let n = words(netlist.net(net).width);
-            for (word, &bits) in memory[slot..slot + n].iter_mut().zip(&changing[at..]) {
+            snapshot(netlist, wiring, memory, cells)
+        });
+        let (mut changing, mut nets, used) = (changing.into_iter(), Vec::new(), netlist.used());
+        for (net, slots) in places(netlist, wiring, cells) {
+            let mut any = 0;
+            for (word, bits) in memory[slots].iter_mut().zip(&mut changing) {
                 *word = word.with_x(bits);
+                any |= bits;
             }
-            if changing[at..at + n].iter().any(|&bits| bits != 0) {
+            if used[net.index()] && any != 0 {
                 nets.push(net);
             }
-            at += n;
         }
-        for _ in 0..STEPS {
+        for _ in 0..endless::SPREADING {
             if !self.step(netlist, wiring, memory, cells, peeked) {
                 break;
             }
         }
         nets
-    }
-
-    fn snapshot(&mut self, netlist: &Netlist, wiring: &Wiring, memory: &[Word], cells: &[CellId]) -> Vec<Word> {
-        outputs(netlist, cells).into_iter().flat_map(|net| held(netlist, wiring, memory, net).to_vec()).collect()
     }
 
     /// One step; all cells see the values before it. Whether anything changed.
@@ -117,23 +99,30 @@ impl Steps {
             }
         }
         let (mut at, mut changed) = (0, false);
-        for net in outputs(netlist, cells) {
-            let slot = wiring.slot[net.index()].expect("what loops have has a place") as usize;
-            let n = words(netlist.net(net).width);
-            changed |= memory[slot..slot + n] != self.values[at..at + n];
-            memory[slot..slot + n].copy_from_slice(&self.values[at..at + n]);
-            at += n;
+        for (_, slots) in places(netlist, wiring, cells) {
+            let new = &self.values[at..at + slots.len()];
+            at += slots.len();
+            changed |= memory[slots.clone()] != *new;
+            memory[slots].copy_from_slice(new);
         }
         changed
     }
 }
 
-fn outputs(netlist: &Netlist, cells: &[CellId]) -> Vec<NetId> {
-    let pins = |c: CellId| (0..netlist.cell(c).kind.outputs().len()).map(move |pin| (c, pin));
-    cells.iter().flat_map(|&c| pins(c)).map(|(c, pin)| netlist.output(c, pin)).collect()
+/// The nets of some cells' outputs, which are all state, each with its slots.
+pub(super) fn places<'a>(
+    netlist: &'a Netlist,
+    wiring: &'a Wiring,
+    cells: &'a [CellId],
+) -> impl Iterator<Item = (NetId, Range<usize>)> + 'a {
+    let pins = move |&cell: &CellId| (0..netlist.cell(cell).kind.outputs().len()).map(move |pin| (cell, pin));
+    cells.iter().flat_map(pins).map(move |(cell, pin)| {
+        let net = netlist.output(cell, pin);
+        let slot = wiring.slot[net.index()].expect("what loops have has a place") as usize;
+        (net, slot..slot + words(netlist.net(net).width))
+    })
 }
 
-fn held<'m>(netlist: &Netlist, wiring: &Wiring, memory: &'m [Word], net: NetId) -> &'m [Word] {
-    let slot = wiring.slot[net.index()].expect("what loops have has a place") as usize;
-    &memory[slot..slot + words(netlist.net(net).width)]
+fn snapshot(netlist: &Netlist, wiring: &Wiring, memory: &[Word], cells: &[CellId]) -> Vec<Word> {
+    places(netlist, wiring, cells).flat_map(|(_, slots)| memory[slots].iter().copied()).collect()
 }

@@ -3,7 +3,7 @@
 use super::changes::Times;
 use super::form::Wanted;
 use super::period::SHORT;
-use super::{ABORTS, CompiledEngine, NEVER, bit_of};
+use super::{ABORTS, CompiledEngine, NEVER, PATIENCE, bit_of};
 use crate::engine::Unsettled;
 use crate::value::Word;
 
@@ -20,6 +20,11 @@ impl CompiledEngine<'_> {
         if form.waves < form.warm || !form.doubtful.is_empty() || self.watches.iter().any(|w| !w.seen) {
             return None;
         }
+        // where some state is unknown, that may become less
+        let most = match &form.unknown {
+            Some(list) if !list.is_empty() => most.min(2 * (self.looks.next / 2).max(PATIENCE / 2) + most % 2),
+            _ => most,
+        };
         // borrows less than `wanted` does
         let shapes = self.tracing.log.shapes.len();
         let wanted = Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk, shapes };

@@ -1,12 +1,13 @@
 //! Waves: which form runs, chunks in order, edges and what is taken at them.
 
 use super::form::Form;
+use super::narrow::Looks;
+use super::steps;
 use super::wiring::Part;
-use super::{CompiledEngine, ENDLESS, STEPS_COMPILED, bit_of, codegen, half, set_bit};
-use crate::engine::{UnknownControl, Unsettled};
+use super::{CompiledEngine, STEPS_COMPILED, bit_of, codegen, half, set_bit};
+use crate::engine::{UnknownControl, Unsettled, endless};
 use crate::netlist::NetId;
 use crate::value::Word;
-use crate::value::word::words;
 
 impl CompiledEngine<'_> {
     /// The number of a form in which these slots of state may be unknown, or all.
@@ -52,18 +53,6 @@ impl CompiledEngine<'_> {
         }
     }
 
-    /// The first unknown slot of state from a place on, round to it.
-    pub(super) fn find_unknown(&self) -> Option<u32> {
-        let leaves = self.wiring.leaves.clone();
-        let is = |&slot: &u32| self.memory[slot as usize].u != 0;
-        (self.last_unknown..leaves.end).find(is).or_else(|| (leaves.start..self.last_unknown).find(is))
-    }
-
-    /// All unknown slots of state.
-    pub(super) fn all_unknown(&self) -> Vec<u32> {
-        self.wiring.leaves.clone().filter(|&slot| self.memory[slot as usize].u != 0).collect()
-    }
-
     /// Sees to it that there is a form that allows what is unknown.
     pub(super) fn ready(&mut self) {
         if let Some(number) = self.current.filter(|_| !self.alarmed) {
@@ -75,43 +64,10 @@ impl CompiledEngine<'_> {
         if self.current.is_some() {
             // the next attempt at a faster form is to wait longer
             self.patience = (self.patience * 2).min(1 << 20);
-            self.waiting = 0;
         }
+        self.looks = Looks::from(self.report.waves(), self.patience / 2);
         let number = if self.find_unknown().is_none() { self.form(Some(Vec::new())) } else { self.form(None) };
         self.enter(number);
-    }
-
-    /// Goes over to a faster form if there is one for what has become known.
-    pub(super) fn improve(&mut self) {
-        let Some(number) = self.current.filter(|&n| self.forms[n].unknown.as_ref().is_none_or(|u| !u.is_empty()))
-        else {
-            return;
-        };
-        match self.find_unknown() {
-            None => {
-                let number = self.form(Some(Vec::new()));
-                self.enter(number);
-            }
-            Some(slot) => {
-                self.last_unknown = slot;
-                self.waiting += 1;
-                if self.forms[number].is_general() && self.waiting >= self.patience {
-                    self.waiting = 0;
-                    let mut unknown = self.all_unknown();
-                    if let Some(old) = self.forms.iter().filter_map(|f| f.unknown.as_ref()).max_by_key(|u| u.len()) {
-                        // what was unknown before may be so again
-                        unknown.extend(old);
-                        unknown.sort_unstable();
-                        unknown.dedup();
-                    }
-                    if unknown.len() < self.wiring.leaves.len() {
-                        self.forms.retain(|f| f.unknown.as_ref().is_none_or(Vec::is_empty));
-                        let number = self.form(Some(unknown));
-                        self.enter(number);
-                    }
-                }
-            }
-        }
     }
 
     /// Runs the dirty ones among some chunks, in order.
@@ -145,17 +101,14 @@ impl CompiledEngine<'_> {
                         *half(&mut self.memory, at) &= !bit;
                         let settled = self.steps.run(self.netlist, &self.wiring, &mut self.memory, group as usize);
                         // from what they came to the code goes on
-                        for &cell in &self.wiring.loops[group as usize] {
-                            for pin in 0..self.netlist.cell(cell).kind.outputs().len() {
-                                let net = self.netlist.output(cell, pin);
-                                let slot = self.wiring.slot[net.index()].expect("it has a place");
-                                for slot in slot..slot + words(self.netlist.net(net).width) as u32 {
-                                    for &(word, bits) in form.wakes(slot) {
-                                        *half(&mut self.memory, form.dirty + word) |= bits;
-                                    }
-                                    if !form.allows(slot) {
-                                        self.memory[0].v |= self.memory[slot as usize].u;
-                                    }
+                        for (_, slots) in steps::places(self.netlist, &self.wiring, &self.wiring.loops[group as usize])
+                        {
+                            for slot in slots {
+                                for &(word, bits) in form.wakes(slot as u32) {
+                                    *half(&mut self.memory, form.dirty + word) |= bits;
+                                }
+                                if !form.allows(slot as u32) {
+                                    self.memory[0].v |= self.memory[slot].u;
                                 }
                             }
                         }
@@ -315,7 +268,7 @@ impl CompiledEngine<'_> {
                 break;
             }
             rounds += 1;
-            if rounds >= ENDLESS {
+            if rounds >= endless::ROUNDS {
                 return Err(self.oscillation());
             }
             self.commit();
@@ -340,7 +293,7 @@ impl CompiledEngine<'_> {
     /// The nets that clocked cells keep changing.
     pub(super) fn oscillation(&mut self) -> Unsettled {
         let mut nets = Vec::new();
-        for _ in 0..64 {
+        for _ in 0..endless::SHOWN_ROUNDS {
             for &number in &self.active {
                 let s = self.wiring.stored[number as usize];
                 let old = &self.memory[s.slot as usize..][..s.words as usize];

@@ -36,7 +36,7 @@ pub(super) fn build(netlist: &Netlist) -> Program {
         gathers: HashMap::new(),
         reads: Vec::new(),
         clock_of: HashMap::new(),
-        used: used(netlist),
+        used: netlist.used(),
         memories: HashMap::new(),
         group: 0,
         constants: netlist.constants(),
@@ -68,24 +68,8 @@ pub(super) fn build(netlist: &Netlist) -> Program {
     }
     b.controls();
     link(&mut b.program, b.reads);
+    b.program.used = b.used;
     b.program
-}
-
-fn used(netlist: &Netlist) -> Vec<bool> {
-    let mut used = vec![false; netlist.nets().len()];
-    for cell in netlist.cell_ids() {
-        for pin in 0..netlist.cell(cell).kind.inputs().len() {
-            for s in netlist.input(cell, pin) {
-                used[s.net.index()] = true;
-            }
-        }
-    }
-    for signal in netlist.signal_ids() {
-        for s in netlist.bits(signal) {
-            used[s.net.index()] = true;
-        }
-    }
-    used
 }
 
 impl Build<'_> {

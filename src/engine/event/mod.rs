@@ -166,7 +166,7 @@ impl EventEngine {
         let mut nets: Vec<NetId> = Vec::new();
         for slot in found.slots {
             let net = self.program.slot_net[slot as usize];
-            if net != u32::MAX && !nets.contains(&NetId(net)) {
+            if net != u32::MAX && self.program.used[net as usize] && !nets.contains(&NetId(net)) {
                 nets.push(NetId(net));
             }
         }

@@ -306,6 +306,8 @@ pub(super) struct Program {
     pub net_slot: Vec<u32>,
     /// Net of each slot.
     pub slot_net: Vec<u32>,
+    /// By net: whether anything reads it or it has a name.
+    pub used: Vec<bool>,
     /// Clock cells: slot and parameters.
     pub clock_cells: Vec<(u32, crate::cell::Clock)>,
     /// The readers of each slot.

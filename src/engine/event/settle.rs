@@ -4,6 +4,7 @@
 use super::eval::{State, bit_of};
 use super::program::Program;
 use crate::cell::memory::merged;
+use crate::engine::endless;
 use crate::value::Word;
 
 /// A wave that does not end.
@@ -16,10 +17,6 @@ pub(super) struct Oscillation {
 
 /// Steps of a feedback group before cycles are looked for. Honest feedback settles in about as many as the loop is long.
 const PATIENCE: usize = 64;
-/// Steps of a feedback group, and rounds of clock edges within one wave, after which it counts as endless.
-const ENDLESS: usize = 1_000_000;
-/// Steps in which the slots of an endless group that keep changing are looked for.
-const SHOWN: usize = 4096;
 
 impl State {
     pub fn settle(&mut self, p: &Program) -> Result<(), Oscillation> {
@@ -31,7 +28,7 @@ impl State {
             }
             self.edges(p);
             rounds += 1;
-            if rounds >= ENDLESS + 8 {
+            if rounds >= endless::ROUNDS {
                 return Err(self.clock_oscillation(p));
             }
             self.take(p);
@@ -43,7 +40,7 @@ impl State {
     /// changing is x.
     #[inline(always)]
     fn combinational(&mut self, p: &Program) -> Result<(), Oscillation> {
-        let mut endless: Option<Oscillation> = None;
+        let mut found: Option<Oscillation> = None;
         while let Some(s) = self.summary.iter().position(|&word| word != 0) {
             while self.summary[s] != 0 {
                 let word = s * 64 + self.summary[s].trailing_zeros() as usize;
@@ -59,8 +56,8 @@ impl State {
                             self.run::<false>(p, op);
                         }
                         group => {
-                            if let Err(found) = self.feedback(p, group as usize - 1) {
-                                endless.get_or_insert_default().slots.extend(found.slots);
+                            if let Err(one) = self.feedback(p, group as usize - 1) {
+                                found.get_or_insert_default().slots.extend(one.slots);
                             }
                         }
                     }
@@ -68,7 +65,7 @@ impl State {
                 self.summary[s] &= !(1 << (word % 64));
             }
         }
-        endless.map_or(Ok(()), Err)
+        found.map_or(Ok(()), Err)
     }
 
     /// Collects and clears the dirty operations of a group.
@@ -117,7 +114,7 @@ impl State {
         let snapshot = |s: &State| -> Vec<Word> { slots.iter().map(|&slot| s.slots[slot as usize]).collect() };
         let mut old = snapshot(self);
         let mut next_snapshot = 1;
-        for step in 1..ENDLESS {
+        for step in 1..endless::STEPS {
             if !self.step(p, group) {
                 return Ok(());
             }
@@ -142,24 +139,14 @@ impl State {
     fn gate_oscillation(&mut self, p: &Program, group: usize) -> Oscillation {
         let slots = p.group_slots[group].clone();
         let now = |s: &State| -> Vec<Word> { slots.iter().map(|&slot| s.slots[slot as usize]).collect() };
-        let start = now(self);
-        let mut changing = vec![0; slots.len()];
-        let mut before = start.clone();
-        for _ in 0..SHOWN {
+        let changing = endless::changing(&now(self), || {
             self.step(p, group);
-            let after = now(self);
-            for (bits, (old, new)) in changing.iter_mut().zip(before.iter().zip(&after)) {
-                *bits |= old.difference(*new);
-            }
-            if after == start {
-                break;
-            }
-            before = after;
-        }
+            now(self)
+        });
         for (&slot, &bits) in slots.iter().zip(&changing) {
             self.put(p, slot, self.slots[slot as usize].with_x(bits));
         }
-        for _ in 0..PATIENCE {
+        for _ in 0..endless::SPREADING {
             if !self.step(p, group) {
                 break;
             }
@@ -172,7 +159,7 @@ impl State {
     /// The slots that clocked cells keep changing.
     fn clock_oscillation(&mut self, p: &Program) -> Oscillation {
         let mut slots = Vec::new();
-        for _ in 0..64 {
+        for _ in 0..endless::SHOWN_ROUNDS {
             slots.extend(self.staged.iter().filter(|(slot, new)| self.slots[*slot as usize] != *new).map(|s| s.0));
             let read = self.memories.parts.iter();
             slots.extend(

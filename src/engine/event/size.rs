@@ -27,7 +27,11 @@ fn program(p: &Program) -> usize {
     let narrow = p.narrows.iter().map(|n| size_of_val(n) + size_of_val(&*n.outputs));
     let groups = p.group_slots.iter().chain(&p.group_gathers).map(|list| size_of_val(&**list));
     let operations = size_of_val(&*p.ops) + size_of_val(&*p.pool) + size_of_val(&*p.stores) + size_of_val(&*p.wakes);
-    let nets = size_of_val(&*p.net_slot) + size_of_val(&*p.slot_net) + size_of_val(&*p.meta) + size_of_val(&*p.initial);
+    let nets = size_of_val(&*p.net_slot)
+        + size_of_val(&*p.slot_net)
+        + size_of_val(&*p.used)
+        + size_of_val(&*p.meta)
+        + size_of_val(&*p.initial);
     let hooks = size_of_val(&*p.hooks) + size_of_val(&*p.hooked) + size_of_val(&*p.controls) + size_of_val(&*p.delays);
     operations
         + nets

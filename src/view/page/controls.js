@@ -90,8 +90,8 @@ class Controls {
   }
   radix() {
     const { selected } = this.cursor;
-    if (!selected || selected.width < 2) return;
-    selected.setRadix(RADICES[(RADICES.indexOf(selected.radix) + 1) % RADICES.length]);
+    if (!selected || (selected.width < 2 && !selected.values)) return;
+    selected.nextRadix();
     this.cursor.tell("radix");
     this.waveform.draw();
   }

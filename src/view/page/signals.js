@@ -127,7 +127,7 @@ class Changes {
   }
 }
 
-/// The ways to write numbers, in the order in which they are offered.
+/// The ways to write numbers, in the order in which they are offered; `name` where values have names.
 const RADICES = ["decimal", "signed", "hexadecimal", "binary"];
 
 /// Bits as hexadecimal digits, x or z where all four are; where only some are, the bits themselves.
@@ -155,11 +155,12 @@ const written = (bits, radix) => {
 /// A signal by one of its names.
 class Signal {
   constructor(about, changes) {
-    Object.assign(this, { signed: false, port: "", clock: false, hidden: false }, about);
+    Object.assign(this, { signed: false, port: "", clock: false, hidden: false, values: null }, about);
     this.changes = changes;
     this.path = this.name.slice(0, this.scope);
     this.own = this.name.slice(this.scope ? this.scope + 1 : 0);
-    this.radix = this.signed ? "signed" : this.width > 16 ? "hexadecimal" : "decimal";
+    this.plain = this.signed ? "signed" : this.width > 16 ? "hexadecimal" : "decimal";
+    this.radix = this.values ? "name" : this.plain;
     this.analog = false;
     this.memory = [-2, ""];
   }
@@ -169,7 +170,7 @@ class Signal {
   /// What change i is, as text; the one that was asked for last is kept.
   shown(i) {
     if (this.memory[0] !== i) {
-      const text = this.kind === "bits" ? written(this.changes.bits(i), this.radix) : this.changes.text(i);
+      const text = this.kind === "bits" ? this.written(this.changes.bits(i)) : this.changes.text(i);
       this.memory = [i, text];
     }
     return this.memory[1];
@@ -177,8 +178,14 @@ class Signal {
   at(instant) {
     return this.shown(this.changes.index(instant));
   }
-  setRadix(radix) {
-    this.radix = radix;
+  /// Bits by their name, or as a number where they have none.
+  written(bits) {
+    if (this.radix !== "name") return written(bits, this.radix);
+    return this.values[bits] ?? written(bits, this.plain);
+  }
+  nextRadix() {
+    const all = this.width < 2 ? ["name", "binary"] : this.values ? ["name", ...RADICES] : RADICES;
+    this.radix = all[(all.indexOf(this.radix) + 1) % all.length];
     this.memory = [-2, ""];
   }
 }

@@ -360,7 +360,7 @@ class Waveform {
   /// The numbers of a signal as steps between their least and greatest.
   curve(context, signal, y) {
     const { changes } = signal;
-    const signed = signal.radix === "signed";
+    const signed = (signal.radix === "name" ? signal.plain : signal.radix) === "signed";
     if (signal.range?.signed !== signed) {
       let [least, greatest] = [Infinity, -Infinity];
       for (let i = 0; i < changes.count; i++) {

@@ -6,6 +6,7 @@
 use std::fmt::Write as _;
 
 use super::{Shown, View};
+use crate::netlist::ValueNames;
 
 const HEX: u32 = 0x2;
 const DECIMAL: u32 = 0x4;
@@ -14,6 +15,7 @@ const RIGHT: u32 = 0x20;
 const BLANK: u32 = 0x200;
 const SIGNED: u32 = 0x400;
 const COLLAPSED: u32 = 0x1000;
+const TRANSLATED: u32 = 0x2000;
 const STEPS: u32 = 0x8000;
 const STRETCH: u32 = 0x2_0000;
 const CLOSED: u32 = 0x40_0000;
@@ -50,25 +52,55 @@ impl View {
             let scopes: Vec<&str> = signal.scopes.iter().skip(1).map(String::as_str).collect();
             let common = open.iter().zip(&scopes).take_while(|(a, b)| a == b).count();
             while open.len() > common {
-                close(&mut text, &mut flags, open.pop().unwrap_or_default());
+                self.close(&mut text, &mut flags, &mut open);
             }
             for scope in &scopes[common..] {
-                set(&mut text, &mut flags, GROUP | BLANK | CLOSED);
-                let _ = writeln!(text, "-{scope}");
                 open.push(scope);
+                set(&mut text, &mut flags, GROUP | BLANK | if self.is_open(&open) { 0 } else { CLOSED });
+                let _ = writeln!(text, "-{scope}");
             }
             set(&mut text, &mut flags, style(signal));
+            // the filter stands between the flags and the name, and holds for those behind it too
+            if let Some(number) = self.names_of(signal).and_then(|n| self.names.iter().position(|(name, _)| name == n))
+            {
+                let _ = writeln!(text, "^{} {}", number + 1, self.filter(number));
+            }
             let _ = writeln!(text, "{}", named(signal));
             if signal.steps {
                 set(&mut text, &mut flags, STRETCH);
                 text += &"-\n".repeat(TALL);
             }
         }
-        while let Some(scope) = open.pop() {
-            close(&mut text, &mut flags, scope);
+        while !open.is_empty() {
+            self.close(&mut text, &mut flags, &mut open);
         }
         text += "[pattern_trace] 1\n[pattern_trace] 0\n";
         text
+    }
+
+    /// Ends the innermost group.
+    fn close(&self, text: &mut String, flags: &mut u32, open: &mut Vec<&str>) {
+        let shut = if self.is_open(open) { 0 } else { CLOSED | COLLAPSED };
+        set(text, flags, GROUP_END | BLANK | shut);
+        let _ = writeln!(text, "-{}", open.pop().unwrap_or_default());
+    }
+
+    /// Whether a group is shown open: one right below the top that holds what has names for its values.
+    fn is_open(&self, scopes: &[&str]) -> bool {
+        let within = |s: &Shown| s.scopes.len() == 2 && scopes == [s.scopes[1].as_str()];
+        self.signals.iter().any(|s| within(s) && s.values.is_some())
+    }
+
+    /// The file of a translate filter.
+    fn filter(&self, number: usize) -> String {
+        format!("{}.{}.txt", self.stem(), self.names[number].0)
+    }
+
+    /// The translate filters that the save file names: files and what is in them, a value and its name in each line.
+    #[must_use]
+    pub fn gtkwave_filters(&self) -> Vec<(String, String)> {
+        let lines = |names: &ValueNames| names.iter().map(|(v, name)| format!("{} {name}\n", v.bit_string())).collect();
+        self.names.iter().enumerate().map(|(number, (_, names))| (self.filter(number), lines(names))).collect()
     }
 
     /// The top scopes.
@@ -86,13 +118,10 @@ fn set(text: &mut String, now: &mut u32, flags: u32) {
     }
 }
 
-fn close(text: &mut String, flags: &mut u32, scope: &str) {
-    set(text, flags, GROUP_END | BLANK | CLOSED | COLLAPSED);
-    let _ = writeln!(text, "-{scope}");
-}
-
 fn style(signal: &Shown) -> u32 {
     let radix = match signal.width {
+        // the filter compares what would be shown
+        _ if signal.values.is_some() => BINARY | TRANSLATED,
         1 => BINARY,
         _ if signal.signed => SIGNED,
         2..=DECIMAL_BITS => DECIMAL,
@@ -121,10 +150,11 @@ mod tests {
         let (head, traces) = text.split_at(text.find("@28").unwrap());
         assert_eq!(
             traces,
-            "@28\ntop.clk\ntop.rst\n@24\ntop.q[7:0]\n@420\ntop.f[8:0]\n@8024\ntop.xt[7:0]\n@20000\n-\n-\n-\n\
+            "@28\ntop.clk\ntop.rst\n@2028\n^1 run.state.txt\ntop.state[1:0]\n@24\ntop.q[7:0]\n@420\ntop.f[8:0]\n@8024\ntop.xt[7:0]\n@20000\n-\n-\n-\n\
              @22\ntop.wide[31:0]\n@c00200\n-u\n@28\ntop.u.a\n@c00200\n-v\n@24\ntop.u.v.b[3:0]\n\
              @1401200\n-v\n-u\n[pattern_trace] 1\n[pattern_trace] 0\n"
         );
+        assert_eq!(example().gtkwave_filters(), [("run.state.txt".into(), "00 idle\n01 load it\nzz free\n".into())]);
         assert!(head.contains("[dumpfile] \"run.vcd\"\n") && head.contains("[treeopen] top.\n"), "{head}");
         // 1000 ns in 700 pixels: 2^8.1584 ns in 200
         assert!(head.contains("\n*-8.158429 0 -1 -1\n"), "{head}");

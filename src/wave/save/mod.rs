@@ -1,11 +1,15 @@
 //! What viewers read beside a waveform: which signals to show, in which order, how to write and to draw them.
 //!
 //! A [`View`] is that for any viewer; [`gtkwave`] makes a save file of it, [`surfer`] a command file. Signals stand by
-//! scope; in each, clocks come first, then what controls (one bit, driven from outside), then all else as it was declared.
+//! scope; in each, clocks come first, then what controls (one bit, driven from outside), then what has names for its
+//! values, then all else as it was declared.
 
 pub mod gtkwave;
 pub mod surfer;
 
+use std::sync::Arc;
+
+use crate::netlist::ValueNames;
 use crate::timescale::Timescale;
 
 /// A signal in a viewer.
@@ -23,6 +27,8 @@ pub struct Shown {
     pub signed: bool,
     /// Whether it is drawn as a curve of steps.
     pub steps: bool,
+    /// What its values are called, where they have names.
+    pub values: Option<Arc<ValueNames>>,
 }
 
 /// What a signal is for, in the order in which they are shown.
@@ -58,6 +64,8 @@ pub struct View {
     pub end: u64,
     /// The signals, in order.
     signals: Vec<Shown>,
+    /// The different names of values among them, each under a name of its own.
+    names: Vec<(String, Arc<ValueNames>)>,
 }
 
 impl View {
@@ -80,14 +88,37 @@ impl View {
             }
         }
         let place = |s: &Shown| order.iter().position(|known| *known == s.scopes);
-        signals.sort_by_cached_key(|s| (place(s), s.role));
-        View { waveform: waveform.to_owned(), timescale, end, signals }
+        // a single bit is best as a line; GTKWave has no other form for it
+        signals.iter_mut().filter(|s| s.width == 1).for_each(|s| s.values = None);
+        signals.sort_by_cached_key(|s| (place(s), s.role, s.values.is_none()));
+        let mut names: Vec<(String, Arc<ValueNames>)> = Vec::new();
+        for signal in &signals {
+            let Some(values) = signal.values.as_ref().filter(|v| names.iter().all(|(_, known)| known != *v)) else {
+                continue;
+            };
+            let same = |name: &str| names.iter().any(|(known, _)| known == name);
+            let numbered = (2..).map(|n| format!("{}_{n}", signal.name));
+            let name = std::iter::once(signal.name.clone()).chain(numbered).find(|name| !same(name));
+            names.push((name.unwrap_or_default(), values.clone()));
+        }
+        View { waveform: waveform.to_owned(), timescale, end, signals, names }
     }
 
     /// The signals in the order in which they are shown.
     #[must_use]
     pub fn signals(&self) -> &[Shown] {
         &self.signals
+    }
+
+    /// The name of what the values of a signal are called.
+    fn names_of(&self, signal: &Shown) -> Option<&str> {
+        let values = signal.values.as_ref()?;
+        self.names.iter().find(|(_, known)| known == values).map(|(name, _)| name.as_str())
+    }
+
+    /// The name of the waveform's file without its extension.
+    fn stem(&self) -> &str {
+        self.waveform.rsplit_once('.').map_or(self.waveform.as_str(), |(stem, _)| stem)
     }
 }
 
@@ -98,7 +129,13 @@ pub(super) mod tests {
     pub fn shown(path: &str, width: u32, role: Role) -> Shown {
         let mut scopes: Vec<String> = path.split('.').map(str::to_owned).collect();
         let name = scopes.pop().unwrap();
-        Shown { scopes, name, width, role, signed: false, steps: false }
+        Shown { scopes, name, width, role, signed: false, steps: false, values: None }
+    }
+
+    fn states() -> Arc<ValueNames> {
+        let names = [("2'b00", "idle"), ("2'b01", "load it"), ("2'bzz", "free")];
+        let names = names.map(|(value, name)| (value.parse().unwrap(), name.to_owned()));
+        Arc::new(ValueNames::new(names.into()))
     }
 
     pub fn example() -> View {
@@ -110,6 +147,7 @@ pub(super) mod tests {
             shown("top.u.v.b", 4, Role::Data),
             Shown { steps: true, ..shown("top.xt", 8, Role::Data) },
             shown("top.clk", 1, Role::Clock),
+            Shown { values: Some(states()), ..shown("top.state", 2, Role::Data) },
             shown("top.wide", 32, Role::Data),
         ];
         View::new("run.vcd", Timescale::default(), 1000, signals)
@@ -118,7 +156,10 @@ pub(super) mod tests {
     #[test]
     fn clocks_and_controls_come_first() {
         let paths: Vec<String> = example().signals().iter().map(Shown::path).collect();
-        assert_eq!(paths, ["top.clk", "top.rst", "top.q", "top.f", "top.xt", "top.wide", "top.u.a", "top.u.v.b"]);
+        assert_eq!(
+            paths,
+            ["top.clk", "top.rst", "top.state", "top.q", "top.f", "top.xt", "top.wide", "top.u.a", "top.u.v.b"]
+        );
     }
 
     #[test]

@@ -6,6 +6,7 @@
 use std::fmt::Write as _;
 
 use super::{Shown, View};
+use crate::netlist::ValueNames;
 
 impl View {
     /// The command file.
@@ -28,7 +29,7 @@ impl View {
             items.push(Some(signal));
         }
         for (number, signal) in items.iter().enumerate().filter_map(|(n, s)| Some((n, (*s)?))) {
-            if let Some(format) = format(signal) {
+            if let Some(format) = self.names_of(signal).map(|n| self.mapping(n)).or_else(|| format(signal)) {
                 let place = place(number, items.len());
                 let _ = writeln!(text, "item_focus {place}_{}\nitem_set_format {format}", signal.path());
             }
@@ -36,15 +37,32 @@ impl View {
         text += "item_unfocus\nzoom_fit\n";
         text
     }
+
+    /// The name of a mapping: that of its file.
+    fn mapping(&self, name: &str) -> String {
+        format!("{}_{name}", self.stem())
+    }
+
+    /// The mappings of values to names that the command file uses: files, which belong into `.surfer/mappings/` of the
+    /// folder where Surfer is begun, and what is in them (Surfer's documentation, "Mapping Translators").
+    #[must_use]
+    pub fn surfer_mappings(&self) -> Vec<(String, String)> {
+        let text = |names: &ValueNames| {
+            let width = names.iter().next().map_or(0, |(value, _)| value.width());
+            let lines: String = names.iter().map(|(v, name)| format!("0b{} {name}\n", v.bit_string())).collect();
+            format!("Bits = {width}\n{lines}")
+        };
+        self.names.iter().map(|(name, names)| (format!("{}.txt", self.mapping(name)), text(names))).collect()
+    }
 }
 
 /// How numbers are written, where it is not Surfer's own choice (hexadecimal).
-fn format(signal: &Shown) -> Option<&'static str> {
+fn format(signal: &Shown) -> Option<String> {
     match signal.width {
         1 => None,
-        _ if signal.signed => Some("Signed"),
-        2..=16 => Some("Unsigned"),
-        _ if signal.steps => Some("Unsigned"),
+        _ if signal.signed => Some("Signed".to_owned()),
+        2..=16 => Some("Unsigned".to_owned()),
+        _ if signal.steps => Some("Unsigned".to_owned()),
         _ => None,
     }
 }
@@ -63,12 +81,15 @@ mod tests {
     #[test]
     fn a_command_file() {
         let expected = "# surfer run.vcd --command-file …\nitem_unfocus\n\
-            variable_add top.clk\nvariable_add top.rst\nvariable_add top.q\nvariable_add top.f\nvariable_add top.xt\n\
+            variable_add top.clk\nvariable_add top.rst\nvariable_add top.state\nvariable_add top.q\nvariable_add top.f\nvariable_add top.xt\n\
             variable_add top.wide\ndivider_add u\nvariable_add top.u.a\ndivider_add u.v\nvariable_add top.u.v.b\n\
-            item_focus c_top.q\nitem_set_format Unsigned\nitem_focus d_top.f\nitem_set_format Signed\n\
-            item_focus e_top.xt\nitem_set_format Unsigned\nitem_focus j_top.u.v.b\nitem_set_format Unsigned\n\
+            item_focus c_top.state\nitem_set_format run_state\nitem_focus d_top.q\nitem_set_format Unsigned\n\
+            item_focus e_top.f\nitem_set_format Signed\nitem_focus f_top.xt\nitem_set_format Unsigned\n\
+            item_focus k_top.u.v.b\nitem_set_format Unsigned\n\
             item_unfocus\nzoom_fit\n";
         assert_eq!(example().surfer(), expected);
+        let mapping = "Bits = 2\n0b00 idle\n0b01 load it\n0bzz free\n";
+        assert_eq!(example().surfer_mappings(), [("run_state.txt".into(), mapping.into())]);
         // 0x1a and 5 of some 300
         assert_eq!([place(0x1a, 300), place(5, 300), place(15, 15)], ["abk", "aaf", "p"]);
     }

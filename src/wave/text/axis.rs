@@ -158,7 +158,14 @@ mod tests {
 
     fn clock(period: u64, edges: u64) -> Trace {
         let changes = (0..edges).map(|n| (n * period / 2, (n % 2).to_string())).collect();
-        Trace { scope: String::new(), name: "clk".into(), kind: ValueKind::Bits(1), radix: Radix::Auto, changes }
+        Trace {
+            scope: String::new(),
+            name: "clk".into(),
+            kind: ValueKind::Bits(1),
+            radix: Radix::Auto,
+            values: None,
+            changes,
+        }
     }
 
     #[test]

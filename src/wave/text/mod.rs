@@ -9,11 +9,13 @@ mod axis;
 mod radix;
 
 use std::fmt::{self, Write as _};
+use std::sync::Arc;
 
 pub use axis::{Axis, Legible};
 pub use radix::Radix;
 
 use super::read::{ReadError, ValueKind, Waves};
+use crate::netlist::ValueNames;
 use crate::timescale::Timescale;
 
 /// Columns between a name and its row.
@@ -32,6 +34,8 @@ pub struct Trace {
     pub kind: ValueKind,
     /// How its numbers are written.
     pub radix: Radix,
+    /// What its values are called, where they have names.
+    pub values: Option<Arc<ValueNames>>,
     /// The times at which it changes, and its bits from then on; before the first it is unknown.
     pub changes: Vec<(u64, String)>,
 }
@@ -49,7 +53,7 @@ impl Trace {
         let var = &waves.vars()[var];
         let scope = var.scope().to_owned();
         let name = if scope.is_empty() { var.name.clone() } else { var.name[scope.len() + 1..].to_owned() };
-        Ok(Trace { scope, name, kind: var.kind, radix, changes })
+        Ok(Trace { scope, name, kind: var.kind, radix, values: None, changes })
     }
 
     /// The value at a time, as bits.
@@ -253,7 +257,9 @@ impl Picture<'_> {
                 Some(c @ ('x' | 'z')) if bits.chars().all(|b| b == c) => c,
                 _ => ' ',
             };
-            let text = trace.radix.text(bits, trace.kind);
+            let called = trace.values.as_ref().and_then(|names| names.of_bits(bits));
+            let fill = if called.is_some() { ' ' } else { fill };
+            let text = called.map_or_else(|| trace.radix.text(bits, trace.kind), str::to_owned);
             let text = if fill == ' ' { fitted(&text, room, signs.cut) } else { fill.to_string().repeat(room) };
             row.extend(text.chars().chain(std::iter::repeat(fill)).take(room).map(|c| (c, ink)));
         }

@@ -2,7 +2,8 @@ use super::*;
 
 fn trace(scope: &str, name: &str, width: u32, changes: &[(u64, &str)]) -> Trace {
     let changes = changes.iter().map(|(t, v)| (*t, (*v).to_owned())).collect();
-    Trace { scope: scope.into(), name: name.into(), kind: ValueKind::Bits(width), radix: Radix::Auto, changes }
+    let (scope, name, kind) = (scope.into(), name.into(), ValueKind::Bits(width));
+    Trace { scope, name, kind, radix: Radix::Auto, values: None, changes }
 }
 
 /// One column a tick, as the gaps of 10 ticks make it.

@@ -1,0 +1,37 @@
+//! How a run went.
+
+use std::fmt;
+
+/// How a run went, in the compiled engine's own terms.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct EngineReport {
+    /// Waves in which all state and inputs were known.
+    pub known: u64,
+    /// Waves in which some state was taken to be unknown, and the rest to be known.
+    pub mixed: u64,
+    /// Waves in the four-valued form.
+    pub four_valued: u64,
+    /// Forms that were compiled.
+    pub forms: u64,
+    /// Waves that ran on state packed into words.
+    pub packed: u64,
+}
+
+impl EngineReport {
+    /// How many waves there were.
+    #[must_use]
+    pub fn waves(&self) -> u64 {
+        self.known + self.mixed + self.four_valued
+    }
+}
+
+impl fmt::Display for EngineReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let EngineReport { known, mixed, four_valued, .. } = *self;
+        write!(f, "engine compiled, {} waves: {known} all known, ", self.waves())?;
+        if mixed > 0 {
+            write!(f, "{mixed} with some unknown, ")?;
+        }
+        write!(f, "{four_valued} four-valued")
+    }
+}
