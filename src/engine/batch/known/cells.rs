@@ -12,13 +12,15 @@ fn bit_of(value: &Value, at: usize) -> Lit {
     Lit::constant(value.words().nth(at / 64).unwrap_or_default().v >> (at % 64) & 1 == 1)
 }
 
-/// Whether there is a form of a cell here.
-pub(super) fn has_form(kind: &CellKind) -> bool {
+/// Whether there is a form of a cell here; `acts` tells whether a pin may ever be other than 0.
+pub(super) fn has_form(kind: &CellKind, acts: impl Fn(usize) -> bool) -> bool {
+    // what is loaded may hold x if nothing ever loads it
+    let loads = |value: &Value, pins: &[usize]| value.is_known() || !pins.iter().any(|&pin| acts(pin));
     match kind {
         CellKind::Tristate { .. } | CellKind::Resolve { .. } | CellKind::Power { .. } => false,
-        CellKind::Flop(f) | CellKind::Latch(f) | CellKind::EdgeFlop(f) => {
-            f.set_value.is_known() && f.reset_value.is_known()
-        }
+        CellKind::Flop(f) => loads(&f.set_value, &[3, 6]) && loads(&f.reset_value, &[4, 7]),
+        CellKind::EdgeFlop(f) => loads(&f.set_value, &[4]) && loads(&f.reset_value, &[5]),
+        CellKind::Latch(f) => loads(&f.set_value, &[2]) && loads(&f.reset_value, &[3]),
         CellKind::Counter(c) => c.step.is_known(),
         CellKind::Multiply { a_width, b_width, .. } => (a_width + b_width) * (a_width + b_width) <= MOST,
         CellKind::Divide { width, .. } => width * width <= MOST / 4,

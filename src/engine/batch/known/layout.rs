@@ -3,7 +3,7 @@
 use super::cells::has_form;
 use super::{Events, logic::Lit};
 use crate::cell::{CellKind, ShiftOp};
-use crate::engine::batch::program::{Op, Program};
+use crate::engine::batch::program::{Op, Program, ZERO};
 
 /// The bits of the pins that are 0 and 1.
 const ONE: u32 = 1;
@@ -77,7 +77,8 @@ fn may_blur(kind: &CellKind) -> bool {
 impl Layout {
     /// Of a program; none if there is no known form of it.
     pub fn new(p: &Program, kept: &[bool]) -> Option<Layout> {
-        if p.cells.iter().any(|kind| !has_form(kind)) {
+        let mut ops = p.ops.iter().chain(p.stores.iter().map(|store| &store.op));
+        if !ops.all(|op| has_form(&p.cells[op.cell as usize], |pin| p.pins(op, pin)[0] != ZERO)) {
             return None;
         }
         let bits = p.bits();

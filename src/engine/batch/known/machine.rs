@@ -4,24 +4,13 @@
 use std::cell::Cell;
 use std::ops::Range;
 
-use pulp::{Arch, NullaryFnOnce, Simd};
+use pulp::{Arch, NullaryFnOnce, Simd, WithSimd};
 
 use super::super::lanes::Chunk;
 use super::tape::{Instruction, Step, Tape};
 
 /// Times that a loop runs before it is given up.
 const PATIENCE: usize = 256;
-
-/// How a vector extension computes a function of three inputs, and how code is compiled for it.
-trait Lookup: Copy {
-    fn look<const T: i32>(self, a: Chunk, b: Chunk, c: Chunk) -> Chunk;
-
-    fn compiled<F: NullaryFnOnce<Output = ()>>(self, f: F);
-}
-
-/// With and, or, exclusive or.
-#[derive(Clone, Copy)]
-struct Plain<S>(S);
 
 /// A function of two inputs by its table; bit `2b + c`.
 #[inline(always)]
@@ -46,38 +35,18 @@ fn two(t: i32, b: Chunk, c: Chunk) -> Chunk {
     }
 }
 
-impl<S: Simd> Lookup for Plain<S> {
-    #[inline(always)]
-    fn look<const T: i32>(self, a: Chunk, b: Chunk, c: Chunk) -> Chunk {
-        let (low, high) = (T & 15, T >> 4 & 15);
-        match () {
-            () if low == high => two(low, b, c),
-            () if low == high ^ 15 => a ^ two(low, b, c),
-            () if low == 0 => a & two(high, b, c),
-            () if high == 0 => !a & two(low, b, c),
-            () if high == 15 => a | two(low, b, c),
-            () if low == 15 => !a | two(high, b, c),
-            () => two(low, b, c) ^ (a & two(low ^ high, b, c)),
-        }
-    }
-
-    #[inline(always)]
-    fn compiled<F: NullaryFnOnce<Output = ()>>(self, f: F) {
-        self.0.vectorize(f);
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-impl Lookup for pulp::x86::V4 {
-    #[inline(always)]
-    fn look<const T: i32>(self, a: Chunk, b: Chunk, c: Chunk) -> Chunk {
-        let [a, b, c] = [a, b, c].map(|chunk| pulp::cast(chunk.0));
-        Chunk(pulp::cast(self.avx512f._mm512_ternarylogic_epi64::<T>(a, b, c)))
-    }
-
-    #[inline(always)]
-    fn compiled<F: NullaryFnOnce<Output = ()>>(self, f: F) {
-        self.vectorize(f);
+/// A function of three inputs by its table; bit `4a + 2b + c`. Compilers make one instruction of it where there is one.
+#[inline(always)]
+fn three<const T: i32>(a: Chunk, b: Chunk, c: Chunk) -> Chunk {
+    let (low, high) = (T & 15, T >> 4 & 15);
+    match () {
+        () if low == high => two(low, b, c),
+        () if low == high ^ 15 => a ^ two(low, b, c),
+        () if low == 0 => a & two(high, b, c),
+        () if high == 0 => !a & two(low, b, c),
+        () if high == 15 => a | two(low, b, c),
+        () if low == 15 => !a | two(high, b, c),
+        () => two(low, b, c) ^ (a & two(low ^ high, b, c)),
     }
 }
 
@@ -88,25 +57,25 @@ const fn reads(t: i32, weight: i32) -> bool {
 }
 
 /// Functions of one table, for `C` chunks of lanes. Compiled for itself: all in one would be too much for a compiler.
-struct Run<'a, L, const T: i32, const C: usize> {
-    lookup: L,
+struct Run<'a, const T: i32, const C: usize> {
     rows: &'a [[Cell<Chunk>; C]],
     all: &'a [Instruction],
     step: usize,
     block: usize,
 }
 
-impl<L: Lookup, const T: i32, const C: usize> NullaryFnOnce for Run<'_, L, T, C> {
+impl<const T: i32, const C: usize> NullaryFnOnce for Run<'_, T, C> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
-        for i in self.all {
-            let [y, a, b, c] = i.map(|plane| &self.rows[plane as usize * self.step + self.block]);
+        for &[y, a, b, c] in self.all {
+            let row = |plane: u32| &self.rows[plane as usize * self.step + self.block];
+            let (y, a, b, c) = (row(y), row(a), row(b), row(c));
             for k in 0..C {
                 let get =
                     |weight: i32, row: &[Cell<Chunk>; C]| if reads(T, weight) { row[k].get() } else { Chunk::ZERO };
-                y[k].set(self.lookup.look::<T>(get(4, a), get(2, b), get(1, c)));
+                y[k].set(three::<T>(get(4, a), get(2, b), get(1, c)));
             }
         }
     }
@@ -118,8 +87,8 @@ macro_rules! tables {
         #[cfg(test)]
         pub(super) const TABLES: &[u8] = &[$($t),*];
 
-        fn dispatch<L: Lookup, const C: usize>(
-            lookup: L,
+        fn dispatch<S: Simd, const C: usize>(
+            simd: S,
             rows: &[[Cell<Chunk>; C]],
             tape: &Tape,
             runs: Range<usize>,
@@ -132,7 +101,7 @@ macro_rules! tables {
                 let (all, after) = rest.split_at(count as usize);
                 rest = after;
                 match table {
-                    $($t => lookup.compiled(Run::<L, $t, C> { lookup, rows, all, step, block }),)*
+                    $($t => simd.vectorize(Run::<$t, C> { rows, all, step, block }),)*
                     _ => {}
                 }
             }
@@ -148,20 +117,20 @@ tables! {
 }
 
 /// A tape that runs over a block.
-struct Running<'a, L> {
-    lookup: L,
+struct Running<'a, S> {
+    simd: S,
     planes: &'a [Cell<Chunk>],
     chunks: usize,
     tape: &'a Tape,
     active: &'a [Chunk],
 }
 
-impl<L: Lookup> Running<'_, L> {
+impl<S: Simd> Running<'_, S> {
     fn straight<const C: usize>(&self, runs: Range<usize>, first: usize) {
         let rows = self.planes.as_chunks::<C>().0;
         let step = self.chunks / C;
         for block in 0..step {
-            dispatch::<L, C>(self.lookup, rows, self.tape, runs.clone(), first, step, block);
+            dispatch::<S, C>(self.simd, rows, self.tape, runs.clone(), first, step, block);
         }
     }
 
@@ -213,13 +182,24 @@ impl<L: Lookup> Running<'_, L> {
     }
 }
 
+/// A tape, before it is known what runs it.
+struct Play<'a> {
+    planes: &'a [Cell<Chunk>],
+    chunks: usize,
+    tape: &'a Tape,
+    active: &'a [Chunk],
+}
+
+impl WithSimd for Play<'_> {
+    type Output = bool;
+
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        let Play { planes, chunks, tape, active } = self;
+        Running { simd, planes, chunks, tape, active }.play()
+    }
+}
+
 /// Runs a tape. Whether its loops settle in all lanes that run.
 pub(super) fn play(arch: Arch, tape: &Tape, planes: &[Cell<Chunk>], chunks: usize, active: &[Chunk]) -> bool {
-    match arch {
-        #[cfg(target_arch = "x86_64")]
-        Arch::V4(lookup) => Running { lookup, planes, chunks, tape, active }.play(),
-        #[cfg(target_arch = "x86_64")]
-        Arch::V3(simd) => Running { lookup: Plain(simd), planes, chunks, tape, active }.play(),
-        _ => Running { lookup: Plain(pulp::Scalar::new()), planes, chunks, tape, active }.play(),
-    }
+    arch.dispatch(Play { planes, chunks, tape, active })
 }
