@@ -207,6 +207,38 @@ fn assertions_of_verilog() {
     assert_eq!((&told["assertions_failed"], &told["ok"]), (&json!(1), &json!(false)));
 }
 
+/// Enumerations of SystemVerilog: `run` and `wave` call their values by their names, and a netlist written anew keeps them.
+#[needs(yosys)]
+#[test]
+fn enumerations_name_values() {
+    let folder = folder("yosys_enumerations");
+    let verilog = "typedef enum logic [1:0] { IDLE, BUSY = 2, DONE } state_t;\n\
+        module top(input clk, input rst, output state_t state);\n\
+        initial state = IDLE;\n\
+        always_ff @(posedge clk) if (rst) state <= IDLE; else if (state == IDLE) state <= BUSY; else state <= DONE;\n\
+        endmodule\n\
+        module around(input clk, input rst, output [1:0] q);\n\
+        state_t inner;\n\
+        top core(clk, rst, inner);\n\
+        assign q = inner;\n\
+        endmodule\n";
+    std::fs::write(folder.join("e.sv"), verilog).unwrap();
+    tool(&folder, "yosys", &["-q", "-p", "read_verilog -sv e.sv; prep -top around; write_json e.json"]);
+    let written = discreta(&folder, &["export", "e.json", "--to", "yosys-json", "-o", "again.json"]);
+    assert!(written.status.success(), "{}", text(&written.stderr));
+    for netlist in ["e.json", "again.json"] {
+        let clock = ["--clock", "clk=10ns", "-s", "rst=0", "--cycles", "4"];
+        let ran = discreta(&folder, &[&["run", netlist, "--trace", "**", "-o", "e.vcd"], &clock[..]].concat());
+        assert!(ran.status.success(), "{}", text(&ran.stderr));
+        let drawn = discreta(&folder, &["wave", "e.vcd", "--circuit", netlist, "--signals", "core/state"]);
+        let drawn = text(&drawn.stdout);
+        let names: Vec<_> = ["IDLE", "BUSY", "DONE"].iter().map(|name| drawn.find(name)).collect();
+        assert!(names.is_sorted() && names.iter().all(Option::is_some), "{netlist}:\n{drawn}");
+        let top = discreta(&folder, &[&["run", netlist, "--top", "top"], &clock[..]].concat());
+        assert!(text(&top.stdout).contains("state = 3 (DONE)"), "{}", text(&top.stdout));
+    }
+}
+
 /// Cells that newer versions make of Verilog by themselves, with the parameters that they give them.
 #[needs(iverilog, yowasp)]
 #[test]

@@ -10,19 +10,17 @@ use crate::netlist::ValueNames;
 /// Names by their values, as they are written.
 pub type Written = IndexMap<Name, Name>;
 
-/// The longest name of a value: what is longer fits no waveform.
-const LONGEST: usize = 40;
-
 /// The names of the values of a net of so many bits. A faulty one is told and left out.
 pub(super) fn read(written: &Written, width: u32, diagnostics: &mut Diagnostics) -> Option<ValueNames> {
     let mut names: Vec<(Value, String)> = Vec::new();
     let mut keys: Vec<&Name> = Vec::new();
     let s = if width == 1 { "" } else { "s" };
     for (key, name) in written {
-        if let Some(why) = unfit(name) {
+        if let Some(why) = ValueNames::unfit(name) {
             let fault = Diagnostic::new(Code::BadValue, format!("a value's name {why}"));
             diagnostics.push(fault.at(name.span, "").note(format!(
-                "viewers read names line by line: 1 to {LONGEST} characters, no `#`, no spaces at the ends"
+                "viewers read names line by line: 1 to {} characters, no `#`, no spaces at the ends",
+                ValueNames::LONGEST
             )));
         }
         match Value::for_width(key, width) {
@@ -42,17 +40,4 @@ pub(super) fn read(written: &Written, width: u32, diagnostics: &mut Diagnostics)
         }
     }
     (!names.is_empty()).then(|| ValueNames::new(names))
-}
-
-/// Why a text cannot be the name of a value.
-fn unfit(name: &str) -> Option<String> {
-    if name.is_empty() {
-        Some("is empty".to_owned())
-    } else if name.chars().count() > LONGEST {
-        Some(format!("has {} characters", name.chars().count()))
-    } else if name.trim() != name {
-        Some("begins or ends with a space".to_owned())
-    } else {
-        name.chars().find(|c| c.is_control() || *c == '#').map(|c| format!("holds {c:?}"))
-    }
 }

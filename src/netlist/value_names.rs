@@ -7,6 +7,23 @@ use crate::Value;
 pub struct ValueNames(Vec<(Value, String)>);
 
 impl ValueNames {
+    /// The longest name of a value, in characters: what is longer fits no waveform.
+    pub const LONGEST: usize = 40;
+
+    /// Why a text cannot be the name of a value, if it cannot.
+    #[must_use]
+    pub fn unfit(name: &str) -> Option<String> {
+        if name.is_empty() {
+            Some("is empty".to_owned())
+        } else if name.chars().count() > ValueNames::LONGEST {
+            Some(format!("has {} characters", name.chars().count()))
+        } else if name.trim() != name {
+            Some("begins or ends with a space".to_owned())
+        } else {
+            name.chars().find(|c| c.is_control() || *c == '#').map(|c| format!("holds {c:?}"))
+        }
+    }
+
     /// Of several names of one value the first counts.
     #[must_use]
     pub const fn new(names: Vec<(Value, String)>) -> ValueNames {

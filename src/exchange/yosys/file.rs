@@ -158,6 +158,8 @@ pub struct Net<'a> {
     pub path: Option<Term>,
     /// Where it comes from in the source that Yosys read.
     pub source: Option<Term>,
+    /// The values of its enumeration, bit by bit, and their names: the attributes `enum_value_…`.
+    pub values: Vec<(Term, Term)>,
 }
 
 /// A memory whose ports are cells of their own.

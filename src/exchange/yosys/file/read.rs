@@ -100,6 +100,7 @@ struct Attributes {
     black_box: bool,
     own: Option<Term>,
     circuit: [Option<Term>; 3],
+    values: Vec<(Term, Term)>,
 }
 
 struct InAttributes<'f, 'de> {
@@ -111,6 +112,13 @@ impl<'de> Fields<'de> for InAttributes<'_, 'de> {
     const WHAT: &'static str = "an object of attributes";
 
     fn field<A: MapAccess<'de>>(&mut self, key: &str, _: Cow<'de, str>, map: &mut A) -> Result<(), A::Error> {
+        if let Some(bits) = key.strip_prefix("enum_value_") {
+            let bits = self.terms.add(Cow::Owned(bits.to_owned()));
+            if let Setting::Text(name) = map.next_value_seed(OneSetting(self.terms))? {
+                self.to.values.push((bits, name));
+            }
+            return Ok(());
+        }
         if !matches!(key, "src" | "hdlname" | "init" | "top" | "blackbox") && !key.starts_with("discreta") {
             map.next_value::<IgnoredAny>()?;
             return Ok(());
@@ -378,6 +386,7 @@ impl<'de> Fields<'de> for Nets<'_, '_, 'de> {
             init: None,
             path: None,
             source: None,
+            values: Vec::new(),
         };
         let mut net = InNet(self.0, net);
         map.next_value_seed(Object(&mut net))?;
@@ -404,6 +413,7 @@ impl<'de> Fields<'de> for &mut InNet<'_, '_, 'de> {
                 self.1.init = attributes.init;
                 self.1.path = attributes.path;
                 self.1.source = attributes.source;
+                self.1.values = attributes.values;
             }
             _ => _ = map.next_value::<IgnoredAny>()?,
         }

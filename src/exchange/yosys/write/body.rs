@@ -92,7 +92,8 @@ pub fn module(netlist: &Netlist, hierarchy: &Hierarchy, at: usize, owns: &mut Ow
         if let Some(direction) = wire.port {
             draw.module.ports.push(Port { name: name.clone(), direction, bits: bits.clone(), signed: wire.signed });
         }
-        let net = Net { name, bits: bits.clone(), hidden: wire.hidden, signed: wire.signed, attributes };
+        let values = wire.signal.and_then(|signal| netlist.signal(signal).values.clone());
+        let net = Net { name, bits: bits.clone(), hidden: wire.hidden, signed: wire.signed, values, attributes };
         draw.module.nets.push(net);
     }
     for (instance, bits) in of.instances.iter().zip(bound) {

@@ -91,7 +91,14 @@ impl<'o> Draw<'o> {
         let bits: Bits = (0..width as u32).map(|i| Bit::Net(self.module.free + i)).collect();
         self.module.free += width as u32;
         let name = self.module.unique(&format!("{}${part}$y", self.name));
-        self.module.nets.push(Net { name, bits: bits.clone(), hidden: true, signed: false, attributes: vec![] });
+        self.module.nets.push(Net {
+            name,
+            bits: bits.clone(),
+            hidden: true,
+            signed: false,
+            values: None,
+            attributes: vec![],
+        });
         bits
     }
 
@@ -208,7 +215,7 @@ impl<'o> Draw<'o> {
             }
             let name = self.module.unique(&format!("{name}$q"));
             let attributes = vec![("init", text)];
-            self.module.nets.push(Net { name, bits, hidden: true, signed: false, attributes });
+            self.module.nets.push(Net { name, bits, hidden: true, signed: false, values: None, attributes });
         }
         self.module
     }

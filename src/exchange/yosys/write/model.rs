@@ -2,8 +2,9 @@
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
+use std::sync::Arc;
 
-use crate::netlist::Direction;
+use crate::netlist::{Direction, ValueNames};
 use crate::{Logic, Value};
 
 /// A bit of a module: one of a net, by its number, or a constant.
@@ -58,6 +59,8 @@ pub struct Net {
     pub bits: Bits,
     pub hidden: bool,
     pub signed: bool,
+    /// What its values are called.
+    pub values: Option<Arc<ValueNames>>,
     pub attributes: Vec<(&'static str, String)>,
 }
 
@@ -123,13 +126,12 @@ fn object(indent: usize, members: impl Iterator<Item = (String, String)>) -> Str
     if members.is_empty() { "{}".to_owned() } else { format!("{{{}\n{outer}}}", members.join(",")) }
 }
 
-fn attributes(indent: usize, list: &[(&'static str, String)]) -> String {
-    let text = |(key, value): &(&'static str, String)| {
+fn attributes(list: &[(&'static str, String)]) -> impl Iterator<Item = (String, String)> {
+    list.iter().map(|(key, value)| {
         // what Yosys has as bits
         let is_bits = matches!(*key, "top" | "blackbox" | "init");
         ((*key).to_owned(), if is_bits { quoted(value) } else { guarded(value) })
-    };
-    object(indent, list.iter().map(text))
+    })
 }
 
 const fn direction(way: Direction) -> &'static str {
@@ -164,7 +166,7 @@ impl Cell {
             ("hide_name", u8::from(self.hidden).to_string()),
             ("type", quoted(&self.kind)),
             ("parameters", object(10, parameters)),
-            ("attributes", attributes(10, &self.attributes)),
+            ("attributes", object(10, attributes(&self.attributes))),
             ("port_directions", object(10, ways)),
             ("connections", object(10, wires)),
         ];
@@ -174,10 +176,13 @@ impl Cell {
 
 impl Net {
     fn text(&self) -> String {
+        let values = self.values.iter().flat_map(|names| names.iter());
+        // as Yosys has the values of an enumeration, names with their backslash
+        let values = values.map(|(v, name)| (format!("enum_value_{}", v.bit_string()), quoted(&format!("\\{name}"))));
         let mut members = vec![
             ("hide_name", u8::from(self.hidden).to_string()),
             ("bits", bits(&self.bits)),
-            ("attributes", attributes(10, &self.attributes)),
+            ("attributes", object(10, attributes(&self.attributes).chain(values))),
         ];
         if self.signed {
             members.push(("signed", "1".to_owned()));
@@ -189,7 +194,7 @@ impl Net {
 impl Module {
     fn text(&self) -> String {
         let members = [
-            ("attributes", attributes(6, &self.attributes)),
+            ("attributes", object(6, attributes(&self.attributes))),
             ("ports", object(6, self.ports.iter().map(|p| (p.name.clone(), p.text())))),
             ("cells", object(6, self.cells.iter().map(|c| (c.name.clone(), c.text())))),
             ("netnames", object(6, self.nets.iter().map(|n| (n.name.clone(), n.text())))),

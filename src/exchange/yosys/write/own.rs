@@ -74,7 +74,14 @@ fn body(kind: &CellKind, name: &str, pins: &[(&'static str, Direction)]) -> Modu
         let bits: Bits = (module.free..module.free + width).map(Bit::Net).collect();
         module.free += width;
         module.names.insert(pin.to_owned());
-        let net = Net { name: pin.to_owned(), bits: bits.clone(), hidden: false, signed: false, attributes: vec![] };
+        let net = Net {
+            name: pin.to_owned(),
+            bits: bits.clone(),
+            hidden: false,
+            signed: false,
+            values: None,
+            attributes: vec![],
+        };
         module.nets.push(net);
         module.ports.push(Port { name: pin.to_owned(), direction, bits: bits.clone(), signed: false });
         ports.push((pin, bits));
