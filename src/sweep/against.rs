@@ -233,8 +233,14 @@ impl Against {
         Some(v)
     }
 
+    /// The algorithm of a row, or why there is none.
+    pub(super) fn begin(&self, row: u64, plan: &Plan) -> Result<Box<dyn Interpolator>, String> {
+        let values = self.values(row, plan).ok_or("a value is not known")?;
+        self.draw(&values).map_err(|e| e.to_string())
+    }
+
     /// The algorithm for what it is given.
-    pub(super) fn draw(&self, v: &[i64]) -> Result<Box<dyn Interpolator>, InputError> {
+    fn draw(&self, v: &[i64]) -> Result<Box<dyn Interpolator>, InputError> {
         let Against { method, options, bits, clockwise, .. } = *self;
         match (method.shape(), self.signed) {
             (Shape::Line, false) => line(method, LineInput { xh: v[0], yh: v[1], dx: v[2], dy: v[3], bits }, &options),

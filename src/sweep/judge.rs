@@ -59,22 +59,17 @@ impl<'a> Judge<'a> {
         self.begun[word] &= !bit;
         self.same[word] &= !bit;
         self.verdicts[lane] = None;
-        let refused = match self.against.values(row, plan) {
-            None => Some("a value is not known".into()),
-            Some(values) => match &mut self.form {
-                Form::Model { model, .. } => model.load(lane, &values).err().map(|e| e.to_string()),
-                Form::Ahead(ahead) => match self.against.draw(&values) {
-                    Ok(algorithm) => {
-                        ahead.begin(lane, Some(algorithm));
-                        None
-                    }
-                    Err(e) => Some(e.to_string()),
-                },
-            },
+        let begun = match &mut self.form {
+            Form::Model { model, .. } => self
+                .against
+                .values(row, plan)
+                .ok_or_else(|| "a value is not known".to_owned())
+                .and_then(|values| model.load(lane, &values).map_err(|e| e.to_string())),
+            Form::Ahead(ahead) => self.against.begin(row, plan).map(|algorithm| ahead.begin(lane, Some(algorithm))),
         };
-        match refused {
-            None => self.same[word] |= bit,
-            Some(why) => {
+        match begun {
+            Ok(()) => self.same[word] |= bit,
+            Err(why) => {
                 self.forget(lane);
                 self.verdicts[lane] = Some(Verdict::Refused(why));
             }

@@ -122,8 +122,8 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// Begins lanes: their own ticks from 0 on, until the stimulus is over and their clocks stand as `with` do at their
-    /// tick. Returns the tick and the clocks then, unless all have ended.
+    /// Begins lanes among the others, which rest: their own ticks from 0 on, until the stimulus is over and their clocks
+    /// stand as `with` do at their tick. Returns the tick and the clocks then, unless all have ended.
     pub fn begin(
         &mut self,
         work: &mut Work<'_>,
@@ -131,57 +131,32 @@ impl<'a> Block<'a> {
         with: Option<&(Clocks, u64)>,
         source: &Source<'_>,
     ) -> Option<(u64, Clocks)> {
-        let scenario = work.sweep.scenario;
-        self.restart(work, fresh);
-        if let Some(judge) = &mut self.judge {
-            for lane in lanes(fresh) {
-                judge.begin(lane, self.rows[lane], &work.sweep.plan);
-            }
-        }
-        let mut clocks = work.clocks.clone();
-        let mut stimulus = scenario.stimulus.iter().peekable();
-        let mut now = 0;
-        self.settle(work, fresh);
-        let mut edge = None;
+        let limit = work.sweep.scenario.limit;
+        let Ready { mut clocks, time: mut now, .. } = self.prepare(work, fresh, source)?;
+        self.compare(fresh, with.is_none(), None);
         loop {
-            let mut stimulated = false;
-            while let Some(event) = stimulus.next_if(|e| e.time <= now) {
-                for (net, value) in &event.sets {
-                    self.engine.drive(*net, value, fresh);
-                }
-                stimulated = true;
-            }
-            if stimulated {
-                self.settle(work, fresh);
-            }
-            let over = stimulus.peek().is_none();
-            if let Some(judge) = &mut self.judge
-                && over
-            {
-                let set: LaneSet = fresh.iter().zip(&self.running).map(|(a, b)| a & b).collect();
-                judge.look(&self.engine, &set, with.is_none(), edge.take());
-            }
-            self.end(work, fresh, now, &clocks, over);
-            if !fresh.iter().zip(&self.running).any(|(a, b)| a & b != 0) || source.stop.load(Ordering::Relaxed) {
+            self.end(work, fresh, now, &clocks, true);
+            if !self.runs(fresh) || source.stop.load(Ordering::Relaxed) {
                 return None;
             }
-            if over {
-                match with {
-                    None => return Some((now, clocks)),
-                    Some((other, then)) => {
-                        if let Some(at) = clocks.meets(now, other, *then).filter(|&at| at < scenario.limit) {
-                            return Some((at, clocks));
-                        }
+            match with {
+                None => return Some((now, clocks)),
+                Some((other, then)) => {
+                    if let Some(at) = clocks.meets(now, other, *then).filter(|&at| at < limit) {
+                        return Some((at, clocks));
                     }
                 }
             }
-            let due = stimulus.peek().map_or(u64::MAX, |e| e.time);
             let next = clocks.next().unwrap_or(u64::MAX);
-            now = due.min(next).min(scenario.limit);
-            if next == now {
-                edge = self.fire(work, &mut clocks, now, fresh);
-            }
+            now = next.min(limit);
+            let edge = if next == now { self.fire(work, &mut clocks, now, fresh) } else { None };
+            self.compare(fresh, false, edge);
         }
+    }
+
+    /// Whether any lane of a set runs.
+    fn runs(&self, set: &LaneSet) -> bool {
+        set.iter().zip(&self.running).any(|(a, b)| a & b != 0)
     }
 
     /// Begins lanes up to the instant at which the stimulus is over, and leaves it to who takes them in to compare them
@@ -189,6 +164,7 @@ impl<'a> Block<'a> {
     pub fn prepare(&mut self, work: &mut Work<'_>, fresh: &LaneSet, source: &Source<'_>) -> Option<Ready> {
         let scenario = work.sweep.scenario;
         self.restart(work, fresh);
+        self.judge_rows(work, fresh);
         let mut clocks = work.clocks.clone();
         let mut stimulus = scenario.stimulus.iter().peekable();
         let mut now = 0;
@@ -206,7 +182,7 @@ impl<'a> Block<'a> {
             }
             let Some(due) = stimulus.peek().map(|e| e.time) else { break };
             self.end(work, fresh, now, &clocks, false);
-            if !any(&self.running) || source.stop.load(Ordering::Relaxed) {
+            if !self.runs(fresh) || source.stop.load(Ordering::Relaxed) {
                 return None;
             }
             let next = clocks.next().unwrap_or(u64::MAX);
@@ -226,8 +202,9 @@ impl<'a> Block<'a> {
         let running = self.running.clone();
         if self.judge.is_none() {
             self.judge = work.judge(&self.engine, true);
+            self.judge_rows(work, &running);
         }
-        self.compare_first(work, &running);
+        self.compare(&running, true, None);
         self.cohorts = vec![Cohort { offset: 0, lanes: running.clone() }];
         self.end(work, &running, self.now, &self.clocks.clone(), true);
         while any(&self.running) && !source.stop.load(Ordering::Relaxed) {
@@ -235,13 +212,18 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// Begins the comparison of some lanes.
-    fn compare_first(&mut self, work: &Work<'_>, fresh: &LaneSet) {
+    /// Tells the comparison what lanes run.
+    fn judge_rows(&mut self, work: &Work<'_>, set: &LaneSet) {
         if let Some(judge) = &mut self.judge {
-            for lane in lanes(fresh) {
-                judge.begin(lane, self.rows[lane], &work.sweep.plan);
-            }
-            judge.look(&self.engine, fresh, true, None);
+            lanes(set).for_each(|lane| judge.begin(lane, self.rows[lane], &work.sweep.plan));
+        }
+    }
+
+    /// Compares the lanes of a set that run after an instant; with `all` no others do.
+    fn compare(&mut self, set: &LaneSet, all: bool, edge: Option<bool>) {
+        if let Some(judge) = &mut self.judge {
+            let set: LaneSet = set.iter().zip(&self.running).map(|(a, b)| a & b).collect();
+            judge.look(&self.engine, &set, all, edge);
         }
     }
 
@@ -277,7 +259,8 @@ impl<'a> Block<'a> {
         passage.carry(runs, |word, mask, bits| (fresh[word], ended[word]) = (bits, mask & !bits));
         self.engine.stop(&ended);
         self.running.iter_mut().zip(&fresh).for_each(|(running, fresh)| *running |= fresh);
-        self.compare_first(work, &fresh);
+        self.judge_rows(work, &fresh);
+        self.compare(&fresh, true, None);
         let clocks = ready.clocks.clone();
         self.end(work, &fresh, ready.time, &clocks, true);
         fresh.iter_mut().zip(&self.running).for_each(|(fresh, running)| *fresh &= running);
@@ -413,7 +396,9 @@ impl<'a> Block<'a> {
             let verdict = match &mut self.judge {
                 Some(judge) => Some(judge.verdict(lane)),
                 // it has ended before there was anything to compare
-                None => work.sweep.against.as_ref().map(|_| Verdict::Same),
+                None => work.sweep.against.as_ref().map(|against| {
+                    against.begin(self.rows[lane], &work.sweep.plan).err().map_or(Verdict::Same, Verdict::Refused)
+                }),
             };
             work.done.push(Row { number: self.rows[lane], ended, time, outputs, verdict });
         }

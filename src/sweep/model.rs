@@ -123,9 +123,11 @@ mod tests {
     use super::*;
     use crate::interpolate::{EfLine, Interpolator};
 
+    /// All lines of 8 bits, so that a comparison with this is one with the algorithm; and samples of other widths.
     #[test]
     fn the_line_over_lanes_is_the_line() {
-        for (bits, centred) in [(4, false), (4, true), (8, false), (12, true)] {
+        const LANES: usize = 1 << 14;
+        for (bits, centred) in [(4, false), (4, true), (8, false), (8, true), (12, true), (16, false)] {
             let options = Options { centred, ..Options::default() };
             let width = |what: What| {
                 Some(match what {
@@ -134,52 +136,67 @@ mod tests {
                     _ => bits,
                 })
             };
-            let model = Model::new(Method::EfLine, options, bits, width, 512).unwrap();
             let most = (1i64 << bits) - 1;
             let mut state = u64::from(bits);
             let mut random = || {
                 state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                (state >> 33) as i64
+                (state >> 33) as i64 & most
             };
-            let mut lines: Vec<_> = (0..512usize)
-                .map(|lane| {
-                    let (dx, dy) = match bits {
-                        4 => (lane as i64 & 15, lane as i64 >> 4 & 15),
-                        _ => ([0, 1, most, random() & most][lane % 4], [random() & most, 0, most, 1][lane / 4 % 4]),
-                    };
-                    let (xh, yh) = (random() & most, random() & most);
-                    model.load(lane, &[xh, yh, dx, dy]).unwrap();
-                    let input = LineInput { xh, yh, dx, dy, bits };
-                    let line = if centred { EfLine::centred(input) } else { EfLine::new(input) }.unwrap();
-                    (line, 0u64)
-                })
-                .collect();
-            model.registers.show();
-            let look = |what: What, width: u32, lane: usize| {
-                (0..width).fold(0, |n, i| n | u64::from(model.registers.lane(model.plane(what, i), lane)) << i)
-            };
-            let mut clocks = 0;
-            for _ in 0..2 * most + 3 {
-                for (lane, (line, clock)) in lines.iter_mut().enumerate() {
+            let mut compared = 0u64;
+            for block in 0..if bits == 8 { 4 } else { 1 } {
+                let lanes = if bits > 8 { 64 } else { LANES };
+                let model = Model::new(Method::EfLine, options, bits, width, lanes).unwrap();
+                let mut lines: Vec<EfLine> = (0..lanes)
+                    .map(|lane| {
+                        let number = (block * LANES + lane) as i64;
+                        let (dx, dy) = match bits {
+                            4 | 8 => (number & most, number >> bits & most),
+                            _ => ([0, 1, most, random()][lane % 4], [random(), 0, most, 1][lane / 4 % 4]),
+                        };
+                        let (xh, yh) = (random(), random());
+                        model.load(lane, &[xh, yh, dx, dy]).unwrap();
+                        let input = LineInput { xh, yh, dx, dy, bits };
+                        if centred { EfLine::centred(input) } else { EfLine::new(input) }.unwrap()
+                    })
+                    .collect();
+                model.registers.show();
+                // a plane of each bit of what an algorithm shows
+                let m = most as u64;
+                let shows = |line: &EfLine, step: [i8; 3]| {
                     let now = line.state();
-                    let m = (1u64 << bits) - 1;
-                    let next = line.next();
-                    *clock += u64::from(next.is_some());
-                    clocks += u64::from(next.is_some());
-                    let step = next.map_or([0; 3], |n| n.step);
-                    for i in 0..2 {
-                        assert_eq!(look(What::At(i), bits, lane), now.at[i] as u64 & m, "lane {lane}, clock {clock}");
-                        assert_eq!(look(What::Left(i), bits, lane), now.left[i], "lane {lane}, clock {clock}");
-                        assert_eq!(look(What::Step(i), 1, lane), step[i] as u64, "lane {lane}, clock {clock}");
+                    let words = [now.at[0] as u64 & m, now.at[1] as u64 & m, now.left[0], now.left[1]];
+                    let flags = u64::from(now.end) | (step[0] as u64) << 1 | (step[1] as u64) << 2;
+                    (words, now.sum[0] as u64 & (m << 1 | 1), flags)
+                };
+                let look = |what: What, lane: usize| {
+                    let bit = |i| u64::from(model.registers.lane(model.plane(what, i), lane)) << i;
+                    (0..width(what).unwrap()).map(bit).sum::<u64>()
+                };
+                for clock in 0..2 * most + 3 {
+                    for (lane, line) in lines.iter_mut().enumerate() {
+                        // of lanes that have ended a few are looked at again
+                        if line.state().end && clock % 61 != 0 {
+                            continue;
+                        }
+                        let before = line.clone();
+                        let step = line.next().map_or([0; 3], |n| n.step);
+                        let (words, sum, flags) = shows(&before, step);
+                        let seen =
+                            [What::At(0), What::At(1), What::Left(0), What::Left(1)].map(|what| look(what, lane));
+                        assert_eq!(seen, words, "{bits} bits, lane {lane}, clock {clock}");
+                        assert_eq!(look(What::Sum(0), lane), sum, "{bits} bits, lane {lane}, clock {clock}");
+                        let seen =
+                            look(What::End, lane) | look(What::Step(0), lane) << 1 | look(What::Step(1), lane) << 2;
+                        assert_eq!(seen, flags, "{bits} bits, lane {lane}, clock {clock}");
+                        compared += 1;
                     }
-                    let f = now.sum[0] as u64 & (m << 1 | 1);
-                    assert_eq!(look(What::Sum(0), bits + 1, lane), f, "lane {lane}, clock {clock}");
-                    assert_eq!(look(What::End, 1, lane), u64::from(now.end), "lane {lane}, clock {clock}");
+                    model.registers.step();
                 }
-                model.registers.step();
+                assert!(lines.iter().all(|line| line.state().end));
             }
-            assert!(clocks > 512 * 8, "{clocks} clocks");
-            assert!(lines.iter().all(|(line, _)| line.state().end));
+            // every clock of every line: the sum of all ends
+            let least = if bits > 8 { 1 << 17 } else { (1 << (2 * bits)) * most as u64 };
+            assert!(compared >= least, "{bits} bits: {compared} clocks");
         }
     }
 }

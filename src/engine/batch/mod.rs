@@ -11,6 +11,7 @@
 //! memories are not for it.
 #![allow(clippy::needless_range_loop, reason = "several planes are gone through side by side")]
 
+mod build;
 mod combine;
 mod known;
 mod lanes;

@@ -2,26 +2,20 @@
 //! without x and z; where those give x all the same, a guard says so.
 
 use super::logic::{Lit, Logic};
-use crate::Value;
 use crate::cell::{AddOp, CellKind, CompareOp, DivideOp, GateOp, ShiftOp};
+use crate::engine::batch::build::loads_known;
+use crate::engine::batch::combine::bit_of_value;
 
 /// The most operations that a cell may take: beyond it lane by lane is no slower.
 const MOST: u32 = 1 << 16;
 
-fn bit_of(value: &Value, at: usize) -> Lit {
-    Lit::constant(value.words().nth(at / 64).unwrap_or_default().v >> (at % 64) & 1 == 1)
-}
-
 /// Whether there is a form of a cell here; `acts` tells whether a pin may ever be other than 0.
 pub(super) fn has_form(kind: &CellKind, acts: impl Fn(usize) -> bool) -> bool {
-    // what is loaded may hold x if nothing ever loads it
-    let loads = |value: &Value, pins: &[usize]| value.is_known() || !pins.iter().any(|&pin| acts(pin));
     match kind {
         CellKind::Tristate { .. } | CellKind::Resolve { .. } | CellKind::Power { .. } => false,
-        CellKind::Flop(f) => loads(&f.set_value, &[3, 6]) && loads(&f.reset_value, &[4, 7]),
-        CellKind::EdgeFlop(f) => loads(&f.set_value, &[4]) && loads(&f.reset_value, &[5]),
-        CellKind::Latch(f) => loads(&f.set_value, &[2]) && loads(&f.reset_value, &[3]),
-        CellKind::Counter(c) => c.step.is_known(),
+        CellKind::Flop(_) | CellKind::EdgeFlop(_) | CellKind::Latch(_) | CellKind::Counter(_) => {
+            loads_known(kind, acts)
+        }
         CellKind::Multiply { a_width, b_width, .. } => (a_width + b_width) * (a_width + b_width) <= MOST,
         CellKind::Divide { width, .. } => width * width <= MOST / 4,
         CellKind::Demux { width, select } => width << select <= MOST,
@@ -309,7 +303,7 @@ pub(super) fn level(l: &mut Logic, kind: &CellKind, pins: &[Vec<Lit>], q: &[Lit]
 fn held(l: &mut Logic, kind: &CellKind, i: usize, [reset, set, load]: [Lit; 3], d: Lit, q: Lit) -> Lit {
     let (set_value, reset_value) = match kind {
         CellKind::Flop(f) | CellKind::Latch(f) | CellKind::EdgeFlop(f) => {
-            (bit_of(&f.set_value, i), bit_of(&f.reset_value, i))
+            (Lit::constant(bit_of_value(&f.set_value, i as u32)), Lit::constant(bit_of_value(&f.reset_value, i as u32)))
         }
         _ => (Lit::FALSE, Lit::FALSE),
     };
@@ -346,7 +340,8 @@ pub(super) fn sampled(l: &mut Logic, kind: &CellKind, pins: &[Vec<Lit>], q: &[Li
             .collect(),
         CellKind::Counter(c) => {
             let down = pin(5);
-            let step: Vec<Lit> = (0..q.len()).map(|i| l.xor(bit_of(&c.step, i), down)).collect();
+            let step: Vec<Lit> =
+                (0..q.len()).map(|i| l.xor(Lit::constant(bit_of_value(&c.step, i as u32)), down)).collect();
             let (sum, _) = l.add(q, &step, down);
             let load = l.or(pin(2), pin(6));
             (0..q.len())
