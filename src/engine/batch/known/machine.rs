@@ -56,26 +56,41 @@ const fn reads(t: i32, weight: i32) -> bool {
     t & mask != t >> weight & mask
 }
 
-/// Functions of one table, for `C` chunks of lanes. Compiled for itself: all in one would be too much for a compiler.
-struct Run<'a, const T: i32, const C: usize> {
-    rows: &'a [[Cell<Chunk>; C]],
-    all: &'a [Instruction],
-    step: usize,
-    block: usize,
+/// Chunks of lanes that a tape goes through at a time: few enough that all that it touches stays in the first cache.
+const SPAN: usize = 4;
+
+/// Some of the chunks of all planes.
+#[derive(Clone)]
+struct Window<'a> {
+    planes: &'a [Cell<Chunk>],
+    /// Chunks of a plane.
+    chunks: usize,
+    here: Range<usize>,
 }
 
-impl<const T: i32, const C: usize> NullaryFnOnce for Run<'_, T, C> {
+impl Window<'_> {
+    #[inline(always)]
+    fn of(&self, plane: u32) -> &[Cell<Chunk>] {
+        &self.planes[plane as usize * self.chunks..][self.here.clone()]
+    }
+}
+
+/// Functions of one table. Compiled for itself: all in one would be too much for a compiler.
+struct Run<'a, const T: i32> {
+    window: &'a Window<'a>,
+    all: &'a [Instruction],
+}
+
+impl<const T: i32> NullaryFnOnce for Run<'_, T> {
     type Output = ();
 
     #[inline(always)]
     fn call(self) {
         for &[y, a, b, c] in self.all {
-            let row = |plane: u32| &self.rows[plane as usize * self.step + self.block];
-            let (y, a, b, c) = (row(y), row(a), row(b), row(c));
-            for k in 0..C {
-                let get =
-                    |weight: i32, row: &[Cell<Chunk>; C]| if reads(T, weight) { row[k].get() } else { Chunk::ZERO };
-                y[k].set(three::<T>(get(4, a), get(2, b), get(1, c)));
+            let [y, a, b, c] = [self.window.of(y), self.window.of(a), self.window.of(b), self.window.of(c)];
+            for (((y, a), b), c) in y.iter().zip(a).zip(b).zip(c) {
+                let get = |weight: i32, cell: &Cell<Chunk>| if reads(T, weight) { cell.get() } else { Chunk::ZERO };
+                y.set(three::<T>(get(4, a), get(2, b), get(1, c)));
             }
         }
     }
@@ -87,21 +102,13 @@ macro_rules! tables {
         #[cfg(test)]
         pub(super) const TABLES: &[u8] = &[$($t),*];
 
-        fn dispatch<S: Simd, const C: usize>(
-            simd: S,
-            rows: &[[Cell<Chunk>; C]],
-            tape: &Tape,
-            runs: Range<usize>,
-            first: usize,
-            step: usize,
-            block: usize,
-        ) {
+        fn dispatch<S: Simd>(simd: S, window: &Window<'_>, tape: &Tape, runs: Range<usize>, first: usize) {
             let mut rest = &tape.instructions[first..];
             for &(table, count) in &tape.runs[runs] {
                 let (all, after) = rest.split_at(count as usize);
                 rest = after;
                 match table {
-                    $($t => simd.vectorize(Run::<$t, C> { rows, all, step, block }),)*
+                    $($t => simd.vectorize(Run::<$t> { window, all }),)*
                     _ => {}
                 }
             }
@@ -126,18 +133,11 @@ struct Running<'a, S> {
 }
 
 impl<S: Simd> Running<'_, S> {
-    fn straight<const C: usize>(&self, runs: Range<usize>, first: usize) {
-        let rows = self.planes.as_chunks::<C>().0;
-        let step = self.chunks / C;
-        for block in 0..step {
-            dispatch::<S, C>(self.simd, rows, self.tape, runs.clone(), first, step, block);
-        }
-    }
-
     fn part(&self, runs: Range<usize>, first: usize) {
-        match self.chunks {
-            n if n % 4 == 0 => self.straight::<4>(runs, first),
-            _ => self.straight::<1>(runs, first),
+        for from in (0..self.chunks).step_by(SPAN) {
+            let here = from..self.chunks.min(from + SPAN);
+            let window = Window { planes: self.planes, chunks: self.chunks, here };
+            dispatch(self.simd, &window, self.tape, runs.clone(), first);
         }
     }
 
