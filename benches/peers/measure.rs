@@ -105,7 +105,7 @@ pub fn measure(design: &Design, trace: Trace, effort: &Effort) -> Vec<Figures> {
         }
     }
     // all that make code run as long as the first of them needs for the given time, unless that is long for them
-    if let Some(cycles) = candidates.first().map(|c| c.cycles) {
+    if let Some(cycles) = candidates.iter().find(|c| !c.ready.simulator.interprets()).map(|c| c.cycles) {
         for candidate in &mut candidates {
             if !candidate.ready.simulator.interprets() && candidate.cycles * 4 > cycles {
                 candidate.cycles = cycles;
