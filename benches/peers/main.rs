@@ -77,6 +77,7 @@ fn main() -> ExitCode {
         println!("- {}: {}", simulator.name(), simulator.version());
     }
     println!();
+    let mut faults = 0;
     for workload in chosen {
         if measured.iter().any(|m| m.workload == workload.name) {
             continue;
@@ -85,7 +86,8 @@ fn main() -> ExitCode {
             Ok(design) => design,
             Err(why) => {
                 eprintln!("{}: {why}", workload.name);
-                return ExitCode::FAILURE;
+                faults += 1;
+                continue;
             }
         };
         if only {
@@ -119,5 +121,5 @@ fn main() -> ExitCode {
     print!("{}", table::tables(&measured));
     let figures = measured.iter().flat_map(|m| &m.figures);
     let wrong = figures.filter(|f| f.missing.as_deref().is_some_and(|w| w.starts_with("wrong"))).count();
-    if wrong > 0 { ExitCode::FAILURE } else { ExitCode::SUCCESS }
+    if wrong + faults > 0 { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }

@@ -43,11 +43,11 @@ pub const ALL: [Workload; 11] = [
     Workload { gates: true, large: true, ..design("cpu16-gates", "16 computers, gates", "cpus", "N 16") },
 ];
 
-/// To gates of two inputs, multiplexers and plain flip-flops. The registers of a computer become flip-flops, its 16 KiB
+/// To gates of two inputs, multiplexers, plain flip-flops and, where there are any, latches. The registers of a computer become flip-flops, its 16 KiB
 /// stay a memory. The computers are mapped once and then copied.
 const TO_GATES: &str = "hierarchy -check; setattr -mod -set keep_hierarchy 1 *computer; synth -flatten -run begin:fine; \
     memory_map t:$mem_v2 r:SIZE=32 %i; opt -fast -full; opt -undriven -fine; techmap; opt -fast; \
-    dfflegalize -cell $_DFF_P_ 01; abc -g AND,OR,XOR,MUX; setattr -mod -unset keep_hierarchy *computer; flatten; \
+    dfflegalize -cell $_DFF_P_ 01 -cell $_DLATCH_P_ 01; abc -g AND,OR,XOR,MUX; setattr -mod -unset keep_hierarchy *computer; flatten; \
     opt_clean -purge";
 
 /// A netlist that all take.

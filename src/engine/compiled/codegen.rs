@@ -115,31 +115,35 @@ pub(super) fn compile(graph: &Graph, plan: &Plan, shared: Shared) -> Result<Mach
     Ok(Machine::new(module, functions))
 }
 
-/// Nodes above which a tick is made of several functions: the time that one takes to be made grows faster than it does.
-const PIECE: usize = 1500;
-/// Nodes up to which it may be one all the same.
-const WHOLE: usize = 6000;
+/// Nodes up to which a tick that writes down what it changes can be compiled: it is one function.
+const TRACED: usize = 6000;
 
 /// Compiles ticks that follow each other in a circle. The code leaves it where an observed net has changed, or state that
-/// was taken to be known is not. `fresh` gives places in memory.
+/// was taken to be known is not. A tick of more than some pieces of `piece` nodes is made of several functions: the time
+/// that one takes to be made grows faster than it does. `fresh` gives places in memory.
 pub(super) fn compile_circle(
     ticks: &[&Tick],
+    piece: usize,
     shared: Shared,
     mut fresh: impl FnMut() -> Half,
 ) -> Result<Circle, String> {
     let mut module = module()?;
     let mut context = module.make_context();
     let mut builders = FunctionBuilderContext::new();
-    let mut pieces: Vec<Vec<FuncId>> = Vec::new();
+    // the functions of each tick, and the one after which it may still be left
+    let mut pieces: Vec<(Vec<FuncId>, Option<usize>)> = Vec::new();
     for tick in ticks {
-        let mut list = Vec::new();
-        // one of several functions cannot be left half done, and what it writes down it does before it stores anything
-        let whole = !tick.chunk.aborts.is_empty() || shared.log != 0;
-        if whole && tick.chunk.nodes.len() > WHOLE {
+        let (mut list, mut gate) = (Vec::new(), None);
+        // what it writes down it does before it stores anything
+        let whole = shared.log != 0;
+        if whole && tick.chunk.nodes.len() > TRACED {
             return Err("it is too long".into());
         }
-        if !whole && tick.chunk.nodes.len() > 2 * PIECE {
-            let plan = split(tick, PIECE, &mut fresh);
+        // what is made for a long run may take longer to make
+        let most = if tick.chunk.aborts.is_empty() { 2 } else { 8 };
+        if !whole && tick.chunk.nodes.len() > most * piece {
+            let plan = split(tick, piece, &mut fresh);
+            gate = plan.chunks.iter().position(|chunk| !chunk.aborts.is_empty());
             for chunk in &plan.chunks {
                 let name = format!("piece{}_{}", pieces.len(), list.len());
                 context.func.signature = piece_signature(&module);
@@ -152,7 +156,7 @@ pub(super) fn compile_circle(
                 list.push(id);
             }
         }
-        pieces.push(list);
+        pieces.push((list, gate));
     }
     let mut signature = Signature::new(module.target_config().default_call_conv);
     signature.params.extend([AbiParam::new(types::I64), AbiParam::new(types::I64)]);
@@ -170,7 +174,7 @@ pub(super) fn compile_circle(
     builder.switch_to_block(header);
     let plan = Plan::default();
     let count = ticks.len() as i64;
-    for ((number, tick), pieces) in (1..).zip(ticks).zip(&pieces) {
+    for ((number, tick), (pieces, gate)) in (1..).zip(ticks).zip(&pieces) {
         let leave = |builder: &mut FunctionBuilder<'_>, flags: Option<Value>, made: i64| {
             let Some(flags) = flags else { return };
             let all = builder.ins().imul_imm(rounds, count);
@@ -188,10 +192,14 @@ pub(super) fn compile_circle(
             emit.stores(0, &tick.chunk, shared)
         } else {
             let mut all: Option<Value> = None;
-            for &id in pieces {
+            for (at, &id) in pieces.iter().enumerate() {
                 let function = module.declare_func_in_func(id, builder.func);
                 let call = builder.ins().call(function, &[base]);
                 let flags = builder.inst_results(call)[0];
+                if *gate == Some(at) {
+                    leave(&mut builder, Some(flags), number - 1);
+                    continue;
+                }
                 all = Some(all.map_or(flags, |all| builder.ins().bor(all, flags)));
             }
             all
@@ -236,8 +244,9 @@ fn compile_piece(
     builder.seal_block(block);
     let base = builder.block_params(block)[0];
     let mut emit = Emit::new(graph, plan, &mut builder, base);
-    emit.nodes(chunk);
-    let news = emit.stores(0, chunk, shared);
+    // one with aborts stores nothing but what it leaves for later pieces
+    let aborts = emit.nodes(chunk);
+    let news = emit.stores(0, chunk, shared).or(aborts);
     let news = news.unwrap_or_else(|| builder.ins().iconst(types::I64, 0));
     builder.ins().return_(&[news]);
     builder.finalize();

@@ -16,7 +16,9 @@ use crate::engine::Field;
 use crate::netlist::{NetId, Netlist};
 
 /// How many nodes go into a chunk.
-const CHUNK: usize = 160;
+pub(super) const DEFAULT_CHUNK: usize = 160;
+/// Pieces of a long tick are so many times as long.
+pub(super) const PIECE: usize = 10;
 
 /// What is wanted of a netlist.
 #[derive(Debug)]
@@ -61,9 +63,9 @@ pub(super) struct Ticks {
 
 impl Ticks {
     /// The period, if it can be made.
-    pub fn period(&mut self, groups: &[Vec<(u8, Half)>], end: &mut u32) -> Option<&mut Period> {
+    pub fn period(&mut self, groups: &[Vec<(u8, Half)>], piece: usize, end: &mut u32) -> Option<&mut Period> {
         let Ticks { up, down, .. } = self;
-        self.period.get_or_insert_with(|| Period::new(&[up, down], groups, end).map(Box::new)).as_deref_mut()
+        self.period.get_or_insert_with(|| Period::new(&[up, down], groups, piece, end).map(Box::new)).as_deref_mut()
     }
 }
 
@@ -217,7 +219,7 @@ impl Form {
                 next += 1;
                 next - 1
             };
-            let made = codegen::compile_circle(ticks, w.shared, fresh).ok();
+            let made = codegen::compile_circle(ticks, w.chunk * PIECE, w.shared, fresh).ok();
             *end = (*end).max(next.div_ceil(2));
             made
         };
@@ -262,8 +264,6 @@ fn buses(netlist: &Netlist, wiring: &Wiring) -> Vec<Vec<(u8, Half)>> {
     });
     all
 }
-
-pub(super) const DEFAULT_CHUNK: usize = CHUNK;
 
 /// The dirty words and bits that a change of a slot sets.
 fn woken(plan: &Plan, slot: u32) -> Vec<(u32, u64)> {

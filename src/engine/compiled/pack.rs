@@ -14,6 +14,8 @@ use super::memory::Put;
 use super::plan::Half;
 use super::prefix::in_rows;
 
+mod gather;
+
 /// Bits of a word: the lane and the node of each.
 type Lanes = Vec<(u8, Id)>;
 
@@ -91,6 +93,8 @@ struct Pack<'g> {
     of_chain: Map<Id, u32>,
     made: Vec<bool>,
     least: usize,
+    /// How many words of state take the same bits in the same lanes.
+    demand: Map<Lanes, usize>,
 }
 
 /// Packs a step, the single bits of state in the lanes of `groups`; `fresh` gives their words places. None where the logic is too deep for that.
@@ -129,6 +133,7 @@ pub(super) fn pack(
         chains: &chains,
         of_chain: Map::default(),
         least,
+        demand: Map::default(),
     };
     p.carries();
     let loads: Map<Half, Id> =
@@ -154,6 +159,8 @@ pub(super) fn pack(
         roots.push((place, lanes.iter().map(|&(lane, half)| (lane, next[&half])).collect()));
         p.places.push(Place { word: place, lanes });
     }
+    roots.iter().for_each(|(_, lanes)| p.expect(lanes));
+    p.gather(&step.needed(), roots.iter().flat_map(|r| &r.1).map(|r| r.1));
     roots.sort_by_key(|r| std::cmp::Reverse(r.1.len()));
     let mut stores = Vec::new();
     for (place, lanes) in roots {
@@ -570,18 +577,25 @@ impl Pack<'_> {
             let part = g.and(moved, mask);
             all = g.or(all, part);
         }
+        // what nothing else needs may lie on several levels: nobody can come between
+        let mut late: Vec<(u64, Lanes)> = Vec::new();
         for ((class, _), list) in classes {
-            if list.len() < self.least || !self.pays(&list) {
-                single.extend(list);
+            if self.share(class, &list, &mut all) {
                 continue;
             }
-            let part = self.together(class, &list);
-            for &(lane, node) in &list {
-                if self.homes[node as usize].0 == NONE {
-                    self.homes[node as usize] = (part, lane);
+            for (lane, node) in list {
+                match late.iter_mut().find(|l| l.0 == class) {
+                    _ if self.uses[node as usize] != 1 => single.push((lane, node)),
+                    Some(found) => found.1.push((lane, node)),
+                    None => late.push((class, vec![(lane, node)])),
                 }
             }
-            all = self.out.or(all, part);
+        }
+        for (class, mut list) in late {
+            list.sort_unstable();
+            if !self.share(class, &list, &mut all) {
+                single.extend(list);
+            }
         }
         for (lane, node) in single {
             let bit = self.bit(node);
@@ -595,13 +609,47 @@ impl Pack<'_> {
         all
     }
 
+    /// Counts what a word of state will take.
+    fn expect(&mut self, lanes: &[(u8, Id)]) {
+        let mut classes: Vec<(u64, Lanes)> = Vec::new();
+        for &(lane, node) in lanes.iter().filter(|l| self.uses[l.1 as usize] == 1) {
+            let Some(class) = self.class(node).filter(|&class| class != 4) else { continue };
+            match classes.iter_mut().find(|c| c.0 == class) {
+                Some(found) => found.1.push((lane, node)),
+                None => classes.push((class, vec![(lane, node)])),
+            }
+        }
+        for (_, list) in classes {
+            self.operands(&list).into_iter().for_each(|lanes| *self.demand.entry(lanes).or_default() += 1);
+        }
+    }
+
+    /// Makes one operation of lanes of one class, if that pays, and joins it to a word.
+    fn share(&mut self, class: u64, list: &[(u8, Id)], all: &mut Id) -> bool {
+        if list.len() < self.least || !self.pays(list) {
+            return false;
+        }
+        let part = self.together(class, list);
+        for &(lane, node) in list {
+            if self.homes[node as usize].0 == NONE {
+                self.homes[node as usize] = (part, lane);
+            }
+        }
+        *all = self.out.or(*all, part);
+        true
+    }
+
     /// The two operands of lanes of one class, such that those that look alike stand together.
     fn operands(&self, list: &[(u8, Id)]) -> [Vec<(u8, Id)>; 2] {
         let mut out = [Vec::new(), Vec::new()];
         for &(lane, node) in list {
             let (mut a, mut b) = match self.g.op(node) {
                 Op::And(a, b) | Op::Or(a, b) | Op::Xor(a, b) => {
-                    let key = |n: Id| (self.looks[n as usize], self.homes[n as usize].0);
+                    // those that lie in words by these, others by what they look like
+                    let key = |n: Id| match self.homes[n as usize].0 {
+                        NONE => (true, self.looks[n as usize], NONE),
+                        word => (false, 0, word),
+                    };
                     if key(a) <= key(b) { (a, b) } else { (b, a) }
                 }
                 Op::AndNot(a, b) | Op::Select(_, a, b) => (a, b),
@@ -626,6 +674,11 @@ impl Pack<'_> {
         let operands = self.operands(list);
         let mut cost = 1;
         for lanes in &operands[..if inverts { 1 } else { 2 }] {
+            if self.words.contains_key(lanes) {
+                cost += 1;
+                continue;
+            }
+            let mut side = 0;
             let mut kinds: Map<(u64, u32), usize> = Map::default();
             let mut seen: Vec<Id> = Vec::new();
             for &(lane, node) in lanes {
@@ -648,8 +701,10 @@ impl Pack<'_> {
             }
             for (kind, n) in kinds {
                 let lies = kind.1 >= u32::MAX - 3 && kind.1 != u32::MAX - 2;
-                cost += if lies || n >= self.least { 1 } else { 2 * n };
+                side += if lies || n >= self.least { 1 } else { 2 * n };
             }
+            // what several words take is put together once
+            cost += side.div_ceil(self.demand.get(lanes).copied().unwrap_or(1));
         }
         cost <= list.len() + 1
     }
@@ -680,5 +735,4 @@ impl Pack<'_> {
 }
 
 #[cfg(test)]
-#[path = "pack_tests.rs"]
 mod tests;

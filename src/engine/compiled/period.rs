@@ -31,7 +31,7 @@ pub(super) const SHORT: u64 = 32;
 
 impl Period {
     /// Makes a period of its ticks. `groups` are the lanes that single bits of state get.
-    pub fn new(ticks: &[&Tick], groups: &[Vec<(u8, Half)>], end: &mut u32) -> Option<Period> {
+    pub fn new(ticks: &[&Tick], groups: &[Vec<(u8, Half)>], piece: usize, end: &mut u32) -> Option<Period> {
         let mut step = compose(ticks)?;
         let plain = step.cost();
         let mut next = 2 * *end;
@@ -59,7 +59,7 @@ impl Period {
         let stores = step.stores.iter().map(store).collect();
         let chunk = Chunk { nodes, stores, puts: step.puts, aborts: step.aborts, ..Chunk::default() };
         let tick = Tick { chunk, graph: step.graph, record: Record::default() };
-        let circle = codegen::compile_circle(&[&tick], Shared::default(), &mut fresh).ok()?;
+        let circle = codegen::compile_circle(&[&tick], piece, Shared::default(), &mut fresh).ok()?;
         *end = next.div_ceil(2);
         Some(Period { circle, places, changing, patience: 1, waiting: 0 })
     }

@@ -1,7 +1,8 @@
 //! A tick that is too long for one function in pieces, each of which does its part of the work on memory.
 //!
 //! What a piece leaves for a later one lies in memory. Nothing is written over before the last piece that reads it has
-//! run: a store waits for that, so all pieces together see the state as it was before the tick.
+//! run: a store waits for that, so all pieces together see the state as it was before the tick. Where the tick may be left
+//! before it has done anything, all state waits for the piece that tells.
 
 use super::fuse::Tick;
 use super::graph::{Id, Map, Op};
@@ -22,8 +23,16 @@ struct Split<'t> {
 pub(super) fn split(tick: &Tick, limit: usize, mut fresh: impl FnMut() -> Half) -> Plan {
     let mut s = Split { tick, limit, piece: vec![NONE; tick.graph.len()], pieces: vec![Chunk::default()] };
     let (stores, puts) = (&tick.chunk.stores, &tick.chunk.puts);
-    let mut store_at: Vec<u32> = stores.iter().map(|store| s.assign(&[store.node], true)).collect();
-    let mut put_at: Vec<u32> = puts.iter().map(|put| s.assign(&[put.index, put.mask, put.v, put.u], false)).collect();
+    let aborts = &tick.chunk.aborts;
+    aborts.iter().for_each(|&abort| _ = s.assign(&[abort], true));
+    let gate = s.pieces.len() as u32 - 1;
+    let first = if aborts.is_empty() { 0 } else { gate + 1 };
+    if first > 0 {
+        s.pieces.push(Chunk::default());
+    }
+    let mut store_at: Vec<u32> = stores.iter().map(|store| s.assign(&[store.node], true).max(first)).collect();
+    let of_put = |put: &Put| s.assign(&[put.index, put.mask, put.v, put.u], false).max(first);
+    let mut put_at: Vec<u32> = puts.iter().map(of_put).collect();
     s.wait(&mut store_at, &mut put_at);
     let Split { piece, mut pieces, .. } = s;
     // what is used in a later piece than its own
@@ -45,6 +54,10 @@ pub(super) fn split(tick: &Tick, limit: usize, mut fresh: impl FnMut() -> Half) 
         }
         pieces[by as usize].nodes = nodes;
         pieces[by as usize].nodes.sort_unstable();
+    }
+    if first > 0 {
+        aborts.iter().for_each(|&abort| lay(abort, gate, &mut pieces));
+        pieces[gate as usize].aborts.clone_from(aborts);
     }
     for (store, &at) in stores.iter().zip(&store_at) {
         lay(store.node, at, &mut pieces);

@@ -1,7 +1,7 @@
 //! Ticks in one piece of code, and what they leave to the waves.
 
 use super::changes::Times;
-use super::form::Wanted;
+use super::form::{PIECE, Wanted};
 use super::period::SHORT;
 use super::{ABORTS, CompiledEngine, NEVER, PATIENCE, bit_of};
 use crate::engine::Unsettled;
@@ -40,7 +40,7 @@ impl CompiledEngine<'_> {
             let rounds = room.min(most / 2);
             let packed = match rounds {
                 // what is traced is written down by the ticks
-                SHORT.. if self.shared.log == 0 => made.period(&buses, &mut end).map_or(0, |p| {
+                SHORT.. if self.shared.log == 0 => made.period(&buses, self.chunk * PIECE, &mut end).map_or(0, |p| {
                     self.memory.resize(end as usize, Word::ZERO);
                     p.run(&mut self.memory, rounds)
                 }),

@@ -265,3 +265,51 @@ fn packed_steps_do_the_same() {
     println!("{chains} chains; {before} operations, packed {after}");
     assert!(seeds < 400 || chains > 400);
 }
+
+/// A file of eight words of eight bits: single bits are read from it, and written on several levels, as an adder's are.
+/// The multiplexers are words all the same: 7 of the reading and 8 of the writing, with little around them.
+#[test]
+fn a_register_file_is_packed() {
+    let mut g = Graph::default();
+    let (words, bits) = (8, 8);
+    let groups: Groups = (0..words).map(|w| (0..bits).map(|b| (b as u8, w * bits + b)).collect()).collect();
+    let first = words * bits;
+    let address: Vec<Id> = (0..3).map(|i| g.load(first + i, 1)).collect();
+    let mut read = Vec::new();
+    for b in 0..bits {
+        let mut level: Vec<Id> = (0..words).map(|w| g.load(w * bits + b, 1)).collect();
+        for &s in &address {
+            level = level.chunks(2).map(|pair| g.select(s, pair[1], pair[0])).collect();
+        }
+        read.push(level[0]);
+    }
+    // what is written takes a bit of what is read after the other
+    let mut carry = g.load(first + 3, 1);
+    let mut stores = Vec::new();
+    for (b, &bit) in (0..).zip(&read) {
+        let other = g.load(first + 4 + b, 1);
+        let apart = g.xor(bit, other);
+        let written = g.select(apart, carry, other);
+        let both = g.and_not(carry, bit);
+        carry = g.xor(both, other);
+        for w in 0..words {
+            let enable = g.load(first + 20 + w, 1);
+            let old = g.load(w * bits + b, 1);
+            stores.push((w * bits + b, g.select(enable, written, old)));
+        }
+    }
+    let mut step = Step { graph: g, stores, puts: Vec::new(), aborts: Vec::new() };
+    let plain = step.needed().len();
+    let mut end = first + 40;
+    let mut fresh = || {
+        end += 1;
+        end - 1
+    };
+    let packed = pack(&mut step, &groups, 3, &mut fresh).unwrap();
+    let kinds = |step: &Step| step.needed().iter().filter(|&&n| matches!(step.graph.op(n), Op::Select(..))).count();
+    // the last carry is not needed
+    assert_eq!((plain, kinds(&step)), (56 + 64 + 4 * 8 - 2, 56 + 64 + 8));
+    assert_eq!(kinds(&packed.step), 7 + 8 + 8, "{:?}", packed.step.needed().len());
+    // eight bits are taken out, eight put in
+    assert!(packed.step.needed().len() <= 7 + 8 + 4 * 8 + 2 * 8 + 2 * 8, "{}", packed.step.needed().len());
+}
