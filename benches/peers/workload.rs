@@ -43,12 +43,11 @@ pub const ALL: [Workload; 11] = [
     Workload { gates: true, large: true, ..design("cpu16-gates", "16 computers, gates", "cpus", "N 16") },
 ];
 
-/// To gates of two inputs, multiplexers, plain flip-flops and, where there are any, latches. The registers of a computer become flip-flops, its 16 KiB
-/// stay a memory. The computers are mapped once and then copied.
+/// To gates of two inputs, multiplexers and `STORAGE`. The registers of a computer become flip-flops, its 16 KiB stay a
+/// memory. The computers are mapped once and then copied.
 const TO_GATES: &str = "hierarchy -check; setattr -mod -set keep_hierarchy 1 *computer; synth -flatten -run begin:fine; \
     memory_map t:$mem_v2 r:SIZE=32 %i; opt -fast -full; opt -undriven -fine; techmap; opt -fast; \
-    dfflegalize -cell $_DFF_P_ 01 -cell $_DLATCH_P_ 01; abc -g AND,OR,XOR,MUX; setattr -mod -unset keep_hierarchy *computer; flatten; \
-    opt_clean -purge";
+    dfflegalize STORAGE; abc -g AND,OR,XOR,MUX; setattr -mod -unset keep_hierarchy *computer; flatten; opt_clean -purge";
 
 /// A netlist that all take.
 pub struct Design {
@@ -91,7 +90,12 @@ pub fn prepare(workload: &'static Workload) -> Result<Design, String> {
         // put off, so that there is no need of the program that it would have by default
         _ => format!("read_verilog -defer cpu.v cpus.v; chparam -set {parameters} -set PROGRAM \"long.hex\" {top}"),
     };
-    let mapped = if workload.gates { TO_GATES } else { "prep" };
+    // the shipped circuit has loads that act at once
+    let storage = match top {
+        "shipped" => "-cell $_DFF_P_ 01 -cell $_DFF_PP0_ 01 -cell $_DFF_PP1_ 01 -cell $_DLATCH_P_ 01",
+        _ => "-cell $_DFF_P_ 01 -cell $_DLATCH_P_ 01",
+    };
+    let mapped = if workload.gates { TO_GATES.replace("STORAGE", storage) } else { "prep".to_owned() };
     let write = "write_json design.json; write_verilog -noattr design.v; write_rtlil design.il";
     let script = format!("{read}; hierarchy -top {top}; {mapped}; {write}");
     let mut parts = vec![script.as_str(), SCENARIO];
