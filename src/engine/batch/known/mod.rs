@@ -74,9 +74,9 @@ impl State {
         if layout.sources.iter().chain(&layout.blurred).any(unknown) {
             return;
         }
-        // what lanes hold that do not run is of no account
+        // What lanes hold that do not run is of no account. Constants that are x stay so: nothing here reads them.
         for bit in 0..p.bits() as u32 {
-            if self.planes.may_be_unknown(bit) {
+            if !p.constant[bit as usize] && self.planes.may_be_unknown(bit) {
                 let plane = self.planes.plane::<false>(bit);
                 self.planes.write::<false>(bit, |c| Four::known(plane.get(c).ones()));
             }
