@@ -30,8 +30,10 @@ pub struct Figures {
     /// From the netlist to the end of the first cycle.
     pub first: f64,
     pub cycles: u64,
-    /// Cycles a second, without what comes before the first.
+    /// Cycles a second of the last three quarters of a run.
     pub rate: f64,
+    /// What a run takes more than its cycles would at that rate: the start, and code that is made while it runs.
+    pub lead: f64,
     /// The slowest and the fastest run.
     pub spread: (f64, f64),
     /// The most memory of a run, in bytes.
@@ -60,13 +62,31 @@ impl Measured {
 
 struct Candidate {
     ready: Ready,
-    /// Time of a run of one cycle.
-    start: f64,
     cycles: u64,
+    /// Of runs of a quarter of the cycles.
+    quarters: Vec<f64>,
+    /// What the whole run takes more than the quarter before it.
     times: Vec<f64>,
     sum: Option<u32>,
     wrong: Option<String>,
     figures: Figures,
+}
+
+impl Candidate {
+    /// A run of a quarter and a whole one. What the first has more of the start than of cycles, the second has too.
+    fn run(&mut self, file: Option<&Path>) -> Result<(), String> {
+        let timed = |cycles| {
+            let (seconds, said) = process::timed(&self.ready.command(cycles, file))?;
+            Ok::<_, String>((seconds, self.ready.result(&said)?))
+        };
+        let (quarter, _) = timed(self.cycles / 4)?;
+        let (whole, (sum, engine)) = timed(self.cycles)?;
+        self.quarters.push(quarter);
+        self.times.push((whole - quarter).max(1e-9));
+        self.figures.engine = engine;
+        self.sum = Some(sum);
+        Ok(())
+    }
 }
 
 fn median(values: &mut [f64]) -> f64 {
@@ -115,14 +135,8 @@ pub fn measure(design: &Design, trace: Trace, effort: &Effort) -> Vec<Figures> {
     let file = waveform(trace);
     for _ in 0..effort.runs {
         for candidate in &mut candidates {
-            let command = candidate.ready.command(candidate.cycles, file.as_deref());
-            match process::timed(&command).and_then(|(t, said)| Ok((t, candidate.ready.result(&said)?))) {
-                Ok((seconds, (sum, engine))) => {
-                    candidate.times.push(seconds - candidate.start);
-                    candidate.figures.engine = engine;
-                    candidate.sum = Some(sum);
-                }
-                Err(why) => eprintln!("{}: {why}", candidate.ready.simulator.name()),
+            if let Err(why) = candidate.run(file.as_deref()) {
+                eprintln!("{}: {why}", candidate.ready.simulator.name());
             }
             if let Some(file) = &file {
                 let size = std::fs::metadata(file).map_or(0, |m| m.len());
@@ -144,10 +158,12 @@ pub fn measure(design: &Design, trace: Trace, effort: &Effort) -> Vec<Figures> {
         let mut figures = candidate.figures;
         figures.missing = candidate.wrong.or_else(|| candidate.times.is_empty().then(|| "did not end".to_owned()));
         if figures.missing.is_none() {
-            let n = candidate.cycles as f64;
+            let quarter = candidate.cycles / 4;
+            let n = (candidate.cycles - quarter) as f64;
             figures.cycles = candidate.cycles;
             figures.rate = n / median(&mut candidate.times);
             figures.spread = (n / candidate.times[candidate.times.len() - 1], n / candidate.times[0]);
+            figures.lead = (median(&mut candidate.quarters) - quarter as f64 / figures.rate).max(0.0);
         }
         result.push(figures);
     }
@@ -177,21 +193,23 @@ fn candidate(
     for _ in 0..3 {
         starts.push(run(1)?);
     }
-    let start = median(&mut starts);
-    figures.first = ready.seconds + start;
-    let mut cycles = 1000;
-    loop {
-        let steady = (run(cycles)? - start).max(1e-4);
-        if steady > effort.seconds / 8.0 {
-            cycles = round(cycles as f64 * effort.seconds / steady);
-            break;
+    figures.first = ready.seconds + median(&mut starts);
+    // Code is made while it runs, too: a rate is one when a longer run has no better one.
+    let mut quarter = 250;
+    let mut before = f64::INFINITY;
+    let cycles = loop {
+        let steady = (run(4 * quarter)? - run(quarter)?).max(1e-4);
+        let each = steady / (3 * quarter) as f64;
+        if steady > effort.seconds / 8.0 && each > before * 0.8 || steady > effort.seconds * 8.0 {
+            break round(effort.seconds / each).max(4);
         }
-        cycles = (cycles as f64 * (effort.seconds / 4.0 / steady).clamp(2.0, 50.0)) as u64;
-    }
+        before = each;
+        quarter = (quarter as f64 * (effort.seconds / 4.0 / steady).clamp(2.0, 50.0)) as u64;
+    };
     if let Some(file) = &file {
         let _ = std::fs::remove_file(file);
     }
-    Ok(Candidate { ready, start, cycles, times: Vec::new(), sum: None, wrong: None, figures })
+    Ok(Candidate { ready, cycles, quarters: Vec::new(), times: Vec::new(), sum: None, wrong: None, figures })
 }
 
 /// Holds the checksums against that of the first that makes code, which is asked for as many cycles as each of them ran.
