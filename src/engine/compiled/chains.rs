@@ -36,6 +36,18 @@ pub(super) struct Stage {
     pub inverted: bool,
 }
 
+impl Chain {
+    /// Whether it is but an AND or an OR of many bits, of which hardly anything is used before the last: a comparison does
+    /// better than an addition. `uses` counts how often each node is used.
+    pub fn is_tree(&self, g: &Graph, uses: &[u32]) -> bool {
+        let plain = |s: &Stage| uses[s.sum as usize] == 0 || g.op(s.sum).is_leaf();
+        let (last, before) = self.stages.split_last().expect("a chain has stages");
+        let other = before.iter().filter(|s| !plain(s) || uses[s.out as usize] > 1).count();
+        let all = |is: &dyn Fn(&Stage) -> bool| self.stages.iter().all(is);
+        plain(last) && 4 * other < before.len() && (all(&|s| g.is(s.make, 0)) || all(&|s| g.is(s.kill, 1)))
+    }
+}
+
 impl Stage {
     fn new(g: &mut Graph, kill: Id, make: Id, carry: Id, out: Id) -> Stage {
         let apart = g.xor(kill, make);

@@ -15,6 +15,10 @@ use super::plan::Half;
 use super::prefix::in_rows;
 
 mod gather;
+mod step;
+mod tree;
+
+pub(super) use step::{Place, Step};
 
 /// Bits of a word: the lane and the node of each.
 type Lanes = Vec<(u8, Id)>;
@@ -23,25 +27,11 @@ type Lanes = Vec<(u8, Id)>;
 const DEEPEST: u32 = 300;
 const NONE: Id = Id::MAX;
 
+/// Nodes that may be looked at in finding the chains that are worth it.
+pub(super) const TRIALS: usize = 1 << 17;
+
 /// Bits of one kind that make it worth a word.
 pub(super) const LEAST: usize = 3;
-
-/// A word of memory that has single bits of state in its lanes while packed code runs.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub(super) struct Place {
-    pub word: Half,
-    pub lanes: Vec<(u8, Half)>,
-}
-
-/// State that becomes something else, all at once, as long as some nodes are 0.
-#[derive(Debug)]
-pub(super) struct Step {
-    pub graph: Graph,
-    pub stores: Vec<(Half, Id)>,
-    /// What is written into memories.
-    pub puts: Vec<Put>,
-    pub aborts: Vec<Id>,
-}
 
 /// The same with words of bits.
 #[derive(Debug)]
@@ -55,31 +45,9 @@ pub(super) struct Packed {
     pub same: Vec<(Id, Id, Option<u8>)>,
 }
 
-impl Step {
-    /// The nodes that count, in order.
-    pub fn needed(&self) -> Vec<Id> {
-        let mut needed = vec![false; self.graph.len()];
-        let puts = self.puts.iter().flat_map(|p| [p.index, p.mask, p.v, p.u]);
-        let roots = self.stores.iter().map(|s| s.1).chain(self.aborts.iter().copied()).chain(puts);
-        roots.for_each(|n| needed[n as usize] = true);
-        for node in (0..self.graph.len() as Id).rev() {
-            if needed[node as usize] {
-                self.graph.op(node).operands().for_each(|o| needed[o as usize] = true);
-            }
-        }
-        (0..self.graph.len() as Id).filter(|&n| needed[n as usize] && !self.graph.op(n).is_leaf()).collect()
-    }
-
-    /// About how much work it is.
-    pub fn cost(&self) -> usize {
-        self.needed().len() + 2 * self.stores.len()
-    }
-}
-
 struct Pack<'g> {
     g: &'g Graph,
     out: Graph,
-    places: Vec<Place>,
     levels: Vec<u32>,
     looks: Vec<u32>,
     /// How often a node is used.
@@ -97,67 +65,76 @@ struct Pack<'g> {
     demand: Map<Lanes, usize>,
 }
 
-/// Packs a step, the single bits of state in the lanes of `groups`; `fresh` gives their words places. None where the logic is too deep for that.
+/// Packs a step, the single bits of state in the lanes of `groups`, from `least` bits of a kind on; `fresh` gives their
+/// words places. Tries what it is without some chains until `trials` nodes have been looked at. None where the logic is too
+/// deep for that.
 pub(super) fn pack(
     step: &mut Step,
     groups: &[Vec<(u8, Half)>],
     least: usize,
+    trials: usize,
     fresh: &mut dyn FnMut() -> Half,
 ) -> Option<Packed> {
     let lanes = groups.iter().flatten().map(|&(lane, half)| (half, lane)).collect();
     *step = in_rows(step, &lanes);
-    let chains = chains::find(&mut step.graph, &lanes);
-    let levels = level(&step.graph, &chains);
+    let mut chains = chains::find(&mut step.graph, &lanes);
+    let uses = step.uses();
+    chains.retain(|chain| !chain.is_tree(&step.graph, &uses));
+    let places = step.places(groups, fresh);
+    let mut best = attempt(step, &uses, &places, &chains, least)?;
+    // a chain whose stages have little in common costs more than it gains
+    let (mut at, mut looked) = (0, 0);
+    while at < chains.len() && looked < trials {
+        let chain = chains.remove(at);
+        looked += step.graph.len();
+        match attempt(step, &uses, &places, &chains, least) {
+            Some(without) if without.step.cost() < best.step.cost() => best = without,
+            _ => {
+                chains.insert(at, chain);
+                at += 1;
+            }
+        }
+    }
+    Some(best)
+}
+
+/// Packs a step that has these chains.
+fn attempt(step: &Step, uses: &[u32], places: &[Place], chains: &[Chain], least: usize) -> Option<Packed> {
+    let g = &step.graph;
+    let levels = level(g, chains);
     if levels.iter().copied().max().unwrap_or(0) > DEEPEST {
         return None;
     }
-    let g = &step.graph;
-    let mut uses = vec![0; g.len()];
-    for node in step.needed() {
-        g.op(node).operands().for_each(|o| uses[o as usize] += 1);
-    }
-    step.stores.iter().for_each(|s| uses[s.1 as usize] += 1);
-    step.aborts.iter().for_each(|&a| uses[a as usize] += 1);
-    step.puts.iter().flat_map(|p| [p.index, p.mask, p.v, p.u]).for_each(|n| uses[n as usize] += 1);
     let mut p = Pack {
         g,
         out: Graph::default(),
-        places: Vec::new(),
         looks: chains::looks(g, 3),
         levels,
-        uses,
+        uses: uses.to_vec(),
         homes: vec![(NONE, 0); g.len()],
         scalars: vec![NONE; g.len()],
         words: Map::default(),
         made: vec![false; chains.len()],
-        chains: &chains,
+        chains,
         of_chain: Map::default(),
         least,
         demand: Map::default(),
     };
     p.carries();
-    let loads: Map<Half, Id> =
-        (0..g.len() as Id).filter_map(|n| if let Op::Load(half) = g.op(n) { Some((half, n)) } else { None }).collect();
+    let loads = step.loads();
     let next: Map<Half, Id> = step.stores.iter().copied().collect();
     let mut roots: Vec<(u32, Vec<(u8, Id)>)> = Vec::new();
     let mut in_group: Map<Half, ()> = Map::default();
-    for group in groups {
-        let lanes: Vec<(u8, Half)> = group.iter().copied().filter(|l| next.contains_key(&l.1)).collect();
-        let is = |h: &Half| loads.get(h).is_none_or(|&n| g.may(n) == 1);
-        if lanes.len() < 2 || lanes.iter().any(|(_, h)| !is(h) || in_group.contains_key(h)) {
-            continue;
-        }
-        let place = fresh();
-        let mask = lanes.iter().fold(0, |m, l| m | 1 << l.0);
-        let word = p.out.load(place, mask);
-        for &(lane, half) in &lanes {
+    for place in places {
+        let mask = place.lanes.iter().fold(0, |m, l| m | 1 << l.0);
+        let word = p.out.load(place.word, mask);
+        for &(lane, half) in &place.lanes {
             in_group.insert(half, ());
             if let Some(&load) = loads.get(&half) {
                 p.homes[load as usize] = (word, lane);
             }
         }
-        roots.push((place, lanes.iter().map(|&(lane, half)| (lane, next[&half])).collect()));
-        p.places.push(Place { word: place, lanes });
+        roots.push((place.word, place.lanes.iter().map(|&(lane, half)| (lane, next[&half])).collect()));
     }
     roots.iter().for_each(|(_, lanes)| p.expect(lanes));
     p.gather(&step.needed(), roots.iter().flat_map(|r| &r.1).map(|r| r.1));
@@ -191,7 +168,7 @@ pub(super) fn pack(
         #[cfg(test)]
         same,
         step: Step { graph: p.out, stores, puts, aborts },
-        places: p.places,
+        places: places.to_vec(),
         #[cfg(test)]
         chains: chains.len(),
     })
@@ -386,116 +363,6 @@ impl Pack<'_> {
             all = self.out.or(all, part);
         }
         all
-    }
-
-    /// A tree of ANDs, or by inversion of ORs: bits that lie in one word are compared together.
-    fn tree(&mut self, node: Id) -> Id {
-        let is_or = matches!(self.g.op(node), Op::Or(..));
-        let mut literals: Vec<(Id, bool)> = Vec::new();
-        let mut stack = vec![(node, !is_or)];
-        while let Some((at, holds)) = stack.pop() {
-            let inside = (at == node || self.uses[at as usize] == 1)
-                && self.homes[at as usize].0 == NONE
-                && !self.of_chain.contains_key(&at)
-                && self.scalars[at as usize] == NONE;
-            match self.g.op(at) {
-                Op::And(x, y) if inside && holds && self.g.may(x) | self.g.may(y) == 1 => {
-                    stack.extend([(y, true), (x, true)]);
-                }
-                Op::AndNot(x, y) if inside && holds && self.g.may(x) | self.g.may(y) == 1 => {
-                    stack.extend([(y, false), (x, true)]);
-                }
-                Op::Or(x, y) if inside && !holds => stack.extend([(y, false), (x, false)]),
-                Op::Xor(x, c) if self.g.is(c, 1) => stack.push((x, !holds)),
-                _ => literals.push((at, holds)),
-            }
-        }
-        if literals.len() < LEAST {
-            return self.plainly(node, self.g.op(node));
-        }
-        self.gather_literals(&literals);
-        // literals by the words in which they lie
-        let mut groups: Vec<(Id, u64, u64)> = Vec::new();
-        let mut rest = Vec::new();
-        for (at, holds) in literals {
-            let Some((word, lane)) = self.home(at) else {
-                rest.push((at, holds));
-                continue;
-            };
-            let bit = 1u64 << lane;
-            match groups.iter_mut().find(|g| g.0 == word && (g.1 & bit == 0 || (g.2 & bit != 0) == holds)) {
-                Some(group) => {
-                    group.1 |= bit;
-                    group.2 |= if holds { bit } else { 0 };
-                }
-                None => groups.push((word, bit, if holds { bit } else { 0 })),
-            }
-        }
-        let mut all: Option<Id> = None;
-        let mut negative: Option<Id> = None;
-        for (word, mask, pattern) in groups {
-            let g = &mut self.out;
-            if mask.is_power_of_two() {
-                let one = g.bits(word, mask.trailing_zeros(), 1);
-                let list = if pattern == 0 { &mut negative } else { &mut all };
-                *list = Some(match *list {
-                    None => one,
-                    Some(had) if pattern == 0 => g.or(had, one),
-                    Some(had) => g.and(had, one),
-                });
-                continue;
-            }
-            let (mask, pattern) = (g.constant(mask), g.constant(pattern));
-            let there = g.and(word, mask);
-            let same = g.eq(there, pattern);
-            all = Some(all.map_or(same, |all| g.and(all, same)));
-        }
-        for (at, holds) in rest {
-            let one = self.bit(at);
-            let g = &mut self.out;
-            if holds {
-                all = Some(all.map_or(one, |all| g.and(all, one)));
-            } else {
-                negative = Some(negative.map_or(one, |had| g.or(had, one)));
-            }
-        }
-        let g = &mut self.out;
-        let result = match (all, negative) {
-            (Some(a), Some(n)) => g.and_not(a, n),
-            (Some(a), None) => a,
-            (None, Some(n)) => g.not(n, 1),
-            (None, None) => g.constant(1),
-        };
-        if is_or { g.not(result, 1) } else { result }
-    }
-
-    /// Makes words of literals that look alike.
-    fn gather_literals(&mut self, literals: &[(Id, bool)]) {
-        let mut classes: Vec<((u64, u32, u32), Vec<Id>)> = Vec::new();
-        for &(at, _) in literals {
-            if self.g.op(at).is_leaf() || self.home(at).is_some() {
-                continue;
-            }
-            let Some(class) = self.class(at) else { continue };
-            let class = (class, self.levels[at as usize], self.looks[at as usize]);
-            match classes.iter_mut().find(|c| c.0 == class) {
-                Some(found) if !found.1.contains(&at) => found.1.push(at),
-                Some(_) => {}
-                None => classes.push((class, vec![at])),
-            }
-        }
-        for (_, list) in classes.into_iter().filter(|c| c.1.len() >= 4 && c.1.len() <= 64) {
-            let mut lanes: Vec<(u8, Id)> = Vec::new();
-            for (i, &at) in list.iter().enumerate() {
-                let lane = self.hint(at, 3).unwrap_or(i as u8);
-                lanes.push((lane, at));
-            }
-            lanes.sort_unstable();
-            if lanes.windows(2).any(|w| w[0].0 == w[1].0) {
-                continue;
-            }
-            self.word(&lanes);
-        }
     }
 
     /// What operations that are to share a word have in common; none for those that stay single.

@@ -10,7 +10,7 @@ use super::fuse::Tick;
 use super::graph::{Graph, Id, Map, Op};
 use super::machine::Circle;
 use super::memory::Put;
-use super::pack::{LEAST, Packed, Place, Step, pack};
+use super::pack::{LEAST, Packed, Place, Step, TRIALS, pack};
 use super::plan::{Chunk, Half, Store};
 use crate::value::Word;
 
@@ -39,7 +39,7 @@ impl Period {
             next += 1;
             next - 1
         };
-        let Packed { step, places, .. } = pack(&mut step, groups, LEAST, &mut fresh)?;
+        let Packed { step, places, .. } = pack(&mut step, groups, LEAST, TRIALS, &mut fresh)?;
         // what does not lie in words is better left as it is
         if step.cost() >= plain {
             return None;
