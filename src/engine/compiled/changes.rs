@@ -7,7 +7,7 @@
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::{InstBuilder, Value, types};
 
-use super::codegen::{Emit, offset, trusted};
+use super::emit::{Emit, offset, trusted};
 use super::form::Wanted;
 use super::graph::{Id, Map};
 use super::plan::{Half, Store};

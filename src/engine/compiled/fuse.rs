@@ -491,7 +491,7 @@ impl Fuse<'_> {
         stores.iter().for_each(|s| needed[s.node as usize] = true);
         self.aborts.iter().for_each(|&a| needed[a as usize] = true);
         let puts = std::mem::take(&mut self.puts);
-        puts.iter().flat_map(|p| [p.index, p.mask, p.v, p.u]).for_each(|n| needed[n as usize] = true);
+        puts.iter().flat_map(Put::nodes).for_each(|n| needed[n as usize] = true);
         for node in (0..self.out.len() as Id).rev() {
             if needed[node as usize] {
                 self.out.op(node).operands().for_each(|o| needed[o as usize] = true);

@@ -24,6 +24,13 @@ pub(super) struct Put {
     pub u: Id,
 }
 
+impl Put {
+    /// What it takes.
+    pub fn nodes(&self) -> [Id; 4] {
+        [self.index, self.mask, self.v, self.u]
+    }
+}
+
 /// Half an element.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Element {

@@ -16,6 +16,7 @@ mod changes;
 mod codegen;
 mod conditions;
 mod contents;
+mod emit;
 mod form;
 mod four;
 mod fuse;

@@ -31,7 +31,7 @@ pub(super) fn split(tick: &Tick, limit: usize, mut fresh: impl FnMut() -> Half) 
         s.pieces.push(Chunk::default());
     }
     let mut store_at: Vec<u32> = stores.iter().map(|store| s.assign(&[store.node], true).max(first)).collect();
-    let of_put = |put: &Put| s.assign(&[put.index, put.mask, put.v, put.u], false).max(first);
+    let of_put = |put: &Put| s.assign(&put.nodes(), false).max(first);
     let mut put_at: Vec<u32> = puts.iter().map(of_put).collect();
     s.wait(&mut store_at, &mut put_at);
     let Split { piece, mut pieces, .. } = s;
@@ -64,7 +64,7 @@ pub(super) fn split(tick: &Tick, limit: usize, mut fresh: impl FnMut() -> Half) 
         pieces[at as usize].stores.push(store.clone());
     }
     for (put, &at) in puts.iter().zip(&put_at) {
-        [put.index, put.mask, put.v, put.u].into_iter().for_each(|node| lay(node, at, &mut pieces));
+        put.nodes().into_iter().for_each(|node| lay(node, at, &mut pieces));
         pieces[at as usize].puts.push(*put);
     }
     Plan { chunks: pieces, place, ..Plan::default() }

@@ -25,7 +25,7 @@ impl Step {
     /// The nodes that count, in order.
     pub(in super::super) fn needed(&self) -> Vec<Id> {
         let mut needed = vec![false; self.graph.len()];
-        let puts = self.puts.iter().flat_map(|p| [p.index, p.mask, p.v, p.u]);
+        let puts = self.puts.iter().flat_map(Put::nodes);
         let roots = self.stores.iter().map(|s| s.1).chain(self.aborts.iter().copied()).chain(puts);
         roots.for_each(|n| needed[n as usize] = true);
         for node in (0..self.graph.len() as Id).rev() {
@@ -39,7 +39,7 @@ impl Step {
     /// How often each node is used by what counts.
     pub(super) fn uses(&self) -> Vec<u32> {
         let mut uses = vec![0; self.graph.len()];
-        let puts = self.puts.iter().flat_map(|p| [p.index, p.mask, p.v, p.u]);
+        let puts = self.puts.iter().flat_map(Put::nodes);
         let roots = self.stores.iter().map(|s| s.1).chain(self.aborts.iter().copied()).chain(puts);
         roots.for_each(|n| uses[n as usize] += 1);
         for node in self.needed() {

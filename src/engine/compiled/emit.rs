@@ -1,0 +1,344 @@
+//! From operations to those of the code generator: a chunk as one straight line on values, given where the memory begins.
+
+use cranelift_codegen::ir::condcodes::IntCC;
+use cranelift_codegen::ir::{InstBuilder, MemFlags, Value, types};
+use cranelift_frontend::FunctionBuilder;
+
+use super::codegen::{Shared, dirty_bit};
+use super::graph::{Graph, Id, Map, Op};
+use super::memory::Put;
+use super::plan::{Chunk, Half, Plan, Store};
+
+pub(super) struct Emit<'a, 'b> {
+    graph: &'a Graph,
+    plan: &'a Plan,
+    pub builder: &'a mut FunctionBuilder<'b>,
+    pub base: Value,
+    values: Map<Id, Value>,
+    /// Comparisons as the machine gives them.
+    flags: Map<Id, Value>,
+    /// The nodes of the chunk, and whether each is there.
+    own: Map<Id, bool>,
+    /// How many have still to read a half as it was.
+    readers: Map<Half, u32>,
+    /// Halves that nobody has to read any more.
+    read: Vec<Half>,
+    stack: Vec<Id>,
+}
+
+/// What has been found to have changed.
+#[derive(Default)]
+struct Marks {
+    alarm: Option<Value>,
+    dirty: Map<u32, Value>,
+    changed: Map<u32, Value>,
+}
+
+pub(super) fn trusted() -> MemFlags {
+    MemFlags::trusted()
+}
+
+impl<'a, 'b> Emit<'a, 'b> {
+    pub fn new(
+        graph: &'a Graph,
+        plan: &'a Plan,
+        builder: &'a mut FunctionBuilder<'b>,
+        base: Value,
+        chunk: &Chunk,
+    ) -> Emit<'a, 'b> {
+        let mut readers: Map<Half, u32> = Map::default();
+        let mut reads = |node: Id| {
+            if let Op::Load(half) = graph.op(node) {
+                *readers.entry(half).or_default() += 1;
+            }
+        };
+        chunk.nodes.iter().for_each(|&n| graph.op(n).operands().for_each(&mut reads));
+        chunk.stores.iter().map(|s| s.node).chain(chunk.puts.iter().flat_map(Put::nodes)).for_each(reads);
+        Emit {
+            graph,
+            plan,
+            builder,
+            base,
+            values: Map::default(),
+            flags: Map::default(),
+            own: chunk.nodes.iter().map(|&n| (n, false)).collect(),
+            readers,
+            read: Vec::new(),
+            stack: Vec::new(),
+        }
+    }
+
+    /// Emits all operations of a chunk.
+    pub fn all(&mut self, chunk: &Chunk) {
+        chunk.nodes.iter().for_each(|&node| _ = self.need(node));
+    }
+
+    /// Emits what a chunk must not go on for; returns what is not 0 then, if that can be.
+    pub fn aborts(&mut self, chunk: &Chunk) -> Option<Value> {
+        let aborts: Vec<Value> = chunk.aborts.iter().map(|&a| self.need(a)).collect();
+        aborts.into_iter().reduce(|a, b| self.builder.ins().bor(a, b))
+    }
+
+    /// Emits a node with all below it that is not there yet.
+    fn need(&mut self, id: Id) -> Value {
+        self.stack.push(id);
+        while let Some(&at) = self.stack.last() {
+            let pending = self.own.get(&at) == Some(&false);
+            let before = self.stack.len();
+            if pending {
+                let (graph, own) = (self.graph, &self.own);
+                self.stack.extend(graph.op(at).operands().filter(|o| own.get(o) == Some(&false)));
+            }
+            if self.stack.len() == before {
+                self.stack.pop();
+                if pending {
+                    self.own.insert(at, true);
+                    self.node(at);
+                    let graph = self.graph;
+                    graph.op(at).operands().for_each(|o| self.has_read(o));
+                }
+            }
+        }
+        self.value(id)
+    }
+
+    /// Something that reads a node has it.
+    fn has_read(&mut self, id: Id) {
+        if let Op::Load(half) = self.graph.op(id)
+            && let Some(readers) = self.readers.get_mut(&half)
+        {
+            *readers -= 1;
+            if *readers == 0 {
+                self.read.push(half);
+            }
+        }
+    }
+
+    /// Emits the rest of the operations of a chunk and what it stores; returns what is not 0 where an observed net has
+    /// changed or the alarm is raised, if either can be. State is stored as soon as all that reads what it was has it: few
+    /// values are alive at a time.
+    pub fn stores(&mut self, number: u32, chunk: &Chunk, shared: Shared) -> Option<Value> {
+        let mut marks = Marks::default();
+        let mut waiting: Map<Half, usize> = Map::default();
+        for (at, store) in chunk.stores.iter().enumerate() {
+            self.need(store.node);
+            self.has_read(store.node);
+            waiting.insert(store.half, at);
+            if self.readers.get(&store.half).is_none_or(|&readers| readers == 0) {
+                self.read.push(store.half);
+            }
+            while let Some(half) = self.read.pop() {
+                if let Some(at) = waiting.remove(&half) {
+                    self.store(number, &chunk.stores[at], &mut marks);
+                }
+            }
+        }
+        chunk.puts.iter().flat_map(Put::nodes).for_each(|node| _ = self.need(node));
+        // elements are read before anything is written to memories
+        self.all(chunk);
+        chunk.puts.iter().for_each(|put| self.put(put));
+        let mut rest: Vec<usize> = waiting.into_values().collect();
+        rest.sort_unstable();
+        rest.into_iter().for_each(|at| self.store(number, &chunk.stores[at], &mut marks));
+        self.marks(marks, shared)
+    }
+
+    fn store(&mut self, number: u32, store: &Store, marks: &mut Marks) {
+        let value = self.value(store.node);
+        let offset = offset(store.half);
+        if store.alarm {
+            marks.alarm = Some(marks.alarm.map_or(value, |a| self.builder.ins().bor(a, value)));
+        }
+        if store.again {
+            let (word, bit) = dirty_bit(self.plan.settling, number);
+            let none = self.builder.ins().iconst(types::I64, 0);
+            let some = self.builder.ins().iconst(types::I64, bit as i64);
+            let mark = self.builder.ins().select(value, some, none);
+            let joined = marks.dirty.get(&word).map_or(mark, |&b| self.builder.ins().bor(b, mark));
+            marks.dirty.insert(word, joined);
+        }
+        if !store.compared {
+            self.builder.ins().store(trusted(), value, self.base, offset);
+            return;
+        }
+        let old = self.builder.ins().load(types::I64, trusted(), self.base, offset);
+        let differs = self.builder.ins().icmp(IntCC::NotEqual, old, value);
+        self.builder.ins().store(trusted(), value, self.base, offset);
+        let mut bits: Vec<(u32, u64, bool)> = Vec::new();
+        for &chunk in &store.wakes {
+            let (word, bit) = dirty_bit(self.plan.settling, chunk);
+            match bits.iter_mut().find(|m| m.0 == word) {
+                Some(mark) => mark.1 |= bit,
+                None => bits.push((word, bit, false)),
+            }
+        }
+        bits.extend(store.observed.map(|bit| (bit / 64, 1 << (bit % 64), true)));
+        for (word, bits, observed) in bits {
+            let none = self.builder.ins().iconst(types::I64, 0);
+            let some = self.builder.ins().iconst(types::I64, bits as i64);
+            let mark = self.builder.ins().select(differs, some, none);
+            let all = if observed { &mut marks.changed } else { &mut marks.dirty };
+            let before = all.get(&word).copied();
+            let joined = before.map_or(mark, |b| self.builder.ins().bor(b, mark));
+            all.insert(word, joined);
+        }
+    }
+
+    fn marks(&mut self, marks: Marks, shared: Shared) -> Option<Value> {
+        let Marks { alarm, dirty, changed } = marks;
+        let news = changed.values().copied().chain(alarm);
+        let mut news: Vec<Value> = news.collect();
+        news.sort_unstable();
+        let news = news.into_iter().reduce(|a, b| self.builder.ins().bor(a, b));
+        let mut marks: Vec<(Half, Value)> = Vec::new();
+        marks.extend(alarm.map(|value| (shared.alarm, value)));
+        marks.extend(dirty.into_iter().map(|(word, value)| (shared.dirty + word, value)));
+        marks.extend(changed.into_iter().map(|(word, value)| (shared.changed + word, value)));
+        marks.sort_unstable_by_key(|m| m.0);
+        for (half, value) in marks {
+            let old = self.builder.ins().load(types::I64, trusted(), self.base, offset(half));
+            let new = self.builder.ins().bor(old, value);
+            self.builder.ins().store(trusted(), new, self.base, offset(half));
+        }
+        news
+    }
+
+    /// A node's value, brought from memory if another chunk computes it.
+    pub fn value(&mut self, id: Id) -> Value {
+        if let Some(&value) = self.values.get(&id) {
+            return value;
+        }
+        let value = if let Some(&flag) = self.flags.get(&id) {
+            self.builder.ins().uextend(types::I64, flag)
+        } else {
+            match self.graph.op(id) {
+                Op::Const(n) => self.builder.ins().iconst(types::I64, n as i64),
+                Op::Load(half) => self.builder.ins().load(types::I64, trusted(), self.base, offset(half)),
+                _ => {
+                    let half = self.plan.place[&id];
+                    self.builder.ins().load(types::I64, trusted(), self.base, offset(half))
+                }
+            }
+        };
+        self.values.insert(id, value);
+        value
+    }
+
+    fn node(&mut self, id: Id) {
+        let graph = self.graph;
+        let value = match graph.op(id) {
+            Op::Const(_) | Op::Load(_) => return,
+            Op::And(a, b) => self.two(a, b, |i, a, b| i.band(a, b)),
+            Op::AndNot(a, b) => self.two(a, b, |i, a, b| i.band_not(a, b)),
+            Op::Or(a, b) => self.two(a, b, |i, a, b| i.bor(a, b)),
+            Op::Xor(a, b) => self.two(a, b, |i, a, b| i.bxor(a, b)),
+            Op::Add(a, b) => self.two(a, b, |i, a, b| i.iadd(a, b)),
+            Op::Sub(a, b) => self.two(a, b, |i, a, b| i.isub(a, b)),
+            Op::Mul(a, b) => self.two(a, b, |i, a, b| i.imul(a, b)),
+            Op::MulHigh(a, b) => self.two(a, b, |i, a, b| i.umulhi(a, b)),
+            Op::MulHighSigned(a, b) => self.two(a, b, |i, a, b| i.smulhi(a, b)),
+            Op::ShlBy(a, b) => self.two(a, b, |i, a, b| i.ishl(a, b)),
+            Op::ShrBy(a, b) => self.two(a, b, |i, a, b| i.ushr(a, b)),
+            Op::SarBy(a, b) => self.two(a, b, |i, a, b| i.sshr(a, b)),
+            Op::Div(a, b) => self.two(a, b, |i, a, b| i.udiv(a, b)),
+            Op::Rem(a, b) => self.two(a, b, |i, a, b| i.urem(a, b)),
+            Op::Shl(a, n) => {
+                let a = self.value(a);
+                self.builder.ins().ishl_imm(a, i64::from(n))
+            }
+            Op::Shr(a, n) => {
+                let a = self.value(a);
+                self.builder.ins().ushr_imm(a, i64::from(n))
+            }
+            Op::Count(a) => {
+                let a = self.value(a);
+                self.builder.ins().popcnt(a)
+            }
+            Op::Eq(a, b) | Op::Less(a, b) => {
+                let code = if matches!(graph.op(id), Op::Eq(..)) { IntCC::Equal } else { IntCC::UnsignedLessThan };
+                let (a, b) = (self.value(a), self.value(b));
+                let flag = self.builder.ins().icmp(code, a, b);
+                self.flags.insert(id, flag);
+                return;
+            }
+            Op::Select(s, a, b) => {
+                let (a, b) = (self.value(a), self.value(b));
+                let s = match self.flags.get(&s) {
+                    Some(&flag) => flag,
+                    None => self.value(s),
+                };
+                self.builder.ins().select(s, a, b)
+            }
+            Op::Element { slot, index, size, plane } => {
+                let at = self.element(index, size);
+                self.load_element(at, size, offset(2 * slot + u32::from(plane)))
+            }
+        };
+        self.values.insert(id, value);
+    }
+
+    /// Where an element lies after the beginning of its array.
+    fn element(&mut self, index: Id, size: u8) -> Value {
+        let index = self.value(index);
+        if size == 3 {
+            let bytes = self.builder.ins().ishl_imm(index, 4);
+            return self.builder.ins().iadd(self.base, bytes);
+        }
+        // between 8 bytes of a plane there are 8 of the other
+        let bytes = self.builder.ins().ishl_imm(index, i64::from(size));
+        let whole = self.builder.ins().band_imm(bytes, !7);
+        let bytes = self.builder.ins().iadd(bytes, whole);
+        self.builder.ins().iadd(self.base, bytes)
+    }
+
+    fn load_element(&mut self, at: Value, size: u8, offset: i32) -> Value {
+        match size {
+            0 => self.builder.ins().uload8(types::I64, trusted(), at, offset),
+            1 => self.builder.ins().uload16(types::I64, trusted(), at, offset),
+            2 => self.builder.ins().uload32(trusted(), at, offset),
+            _ => self.builder.ins().load(types::I64, trusted(), at, offset),
+        }
+    }
+
+    /// Writes to a memory, where there is anything to write.
+    fn put(&mut self, put: &Put) {
+        let [mask, v, u] = [put.mask, put.v, put.u].map(|node| self.value(node));
+        // the same in both blocks: nothing that the first has may be used in the second
+        let at = self.element(put.index, put.size);
+        let (write, on) = (self.builder.create_block(), self.builder.create_block());
+        self.builder.ins().brif(mask, write, &[], on, &[]);
+        self.builder.seal_block(write);
+        self.builder.switch_to_block(write);
+        for (plane, new) in [(0, v), (1, u)] {
+            let offset = offset(2 * put.slot + plane);
+            let old = self.load_element(at, put.size, offset);
+            let kept = self.builder.ins().band_not(old, mask);
+            let new = self.builder.ins().band(new, mask);
+            let new = self.builder.ins().bor(kept, new);
+            match put.size {
+                0 => self.builder.ins().istore8(trusted(), new, at, offset),
+                1 => self.builder.ins().istore16(trusted(), new, at, offset),
+                2 => self.builder.ins().istore32(trusted(), new, at, offset),
+                _ => self.builder.ins().store(trusted(), new, at, offset),
+            };
+        }
+        self.builder.ins().jump(on, &[]);
+        self.builder.seal_block(on);
+        self.builder.switch_to_block(on);
+    }
+
+    fn two(
+        &mut self,
+        a: Id,
+        b: Id,
+        make: impl FnOnce(cranelift_frontend::FuncInstBuilder<'_, '_>, Value, Value) -> Value,
+    ) -> Value {
+        let (a, b) = (self.value(a), self.value(b));
+        make(self.builder.ins(), a, b)
+    }
+}
+
+/// Where half a slot lies, in bytes.
+pub(super) fn offset(half: Half) -> i32 {
+    i32::try_from(u64::from(half) * 8).expect("memory is smaller than that: the engine sees to it")
+}
