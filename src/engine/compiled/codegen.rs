@@ -44,7 +44,8 @@ pub(super) fn dirty_bit(settling: usize, chunk: u32) -> (u32, u64) {
 fn module() -> Result<JITModule, String> {
     let mut flags = settings::builder();
     let mut set = |name: &str, value: &str| flags.set(name, value).map_err(|e| e.to_string());
-    set("opt_level", "speed")?;
+    // the graph is optimised already, and what is emitted is in an order that suits registers
+    set("opt_level", "none")?;
     set("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" })?;
     set("is_pic", "false")?;
     set("use_colocated_libcalls", "false")?;
@@ -114,7 +115,7 @@ pub(super) fn compile(graph: &Graph, plan: &Plan, shared: Shared) -> Result<Mach
 }
 
 /// Nodes up to which a tick that writes down what it changes can be compiled: it is one function.
-const TRACED: usize = 6000;
+const TRACED: usize = 20000;
 
 /// Compiles ticks that follow each other in a circle. The code leaves it where an observed net has changed, or state that
 /// was taken to be known is not. A tick of more than some pieces of `piece` nodes is made of several functions: the time

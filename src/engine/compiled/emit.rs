@@ -9,16 +9,21 @@ use super::graph::{Graph, Id, Map, Op};
 use super::memory::Put;
 use super::plan::{Chunk, Half, Plan, Store};
 
+/// Operations after which what is in memory is brought again.
+const WINDOW: u32 = 12;
+
 pub(super) struct Emit<'a, 'b> {
     graph: &'a Graph,
     plan: &'a Plan,
     pub builder: &'a mut FunctionBuilder<'b>,
     pub base: Value,
-    values: Map<Id, Value>,
+    /// Values, and how much had been made when they were brought from memory.
+    values: Map<Id, (Value, u32)>,
+    made: u32,
     /// Comparisons as the machine gives them.
     flags: Map<Id, Value>,
-    /// The nodes of the chunk, and whether each is there.
-    own: Map<Id, bool>,
+    /// The nodes of the chunk that are not there yet, and about how many registers each takes.
+    pending: Map<Id, u32>,
     /// How many have still to read a half as it was.
     readers: Map<Half, u32>,
     /// Halves that nobody has to read any more.
@@ -36,6 +41,18 @@ struct Marks {
 
 pub(super) fn trusted() -> MemFlags {
     MemFlags::trusted()
+}
+
+/// About how many registers it takes to have each node of a chunk: Sethi and Ullman's numbers, as if none was used twice.
+fn registers(graph: &Graph, chunk: &Chunk) -> Map<Id, u32> {
+    let mut all: Map<Id, u32> = Map::default();
+    for &node in &chunk.nodes {
+        let mut below: Vec<u32> = graph.op(node).operands().map(|o| all.get(&o).copied().unwrap_or_default()).collect();
+        below.sort_unstable_by_key(|&n| std::cmp::Reverse(n));
+        let most = below.iter().zip(0..).map(|(n, kept)| n + kept).max();
+        all.insert(node, most.unwrap_or_default().max(1));
+    }
+    all
 }
 
 impl<'a, 'b> Emit<'a, 'b> {
@@ -60,8 +77,9 @@ impl<'a, 'b> Emit<'a, 'b> {
             builder,
             base,
             values: Map::default(),
+            made: 0,
             flags: Map::default(),
-            own: chunk.nodes.iter().map(|&n| (n, false)).collect(),
+            pending: registers(graph, chunk),
             readers,
             read: Vec::new(),
             stack: Vec::new(),
@@ -79,22 +97,21 @@ impl<'a, 'b> Emit<'a, 'b> {
         aborts.into_iter().reduce(|a, b| self.builder.ins().bor(a, b))
     }
 
-    /// Emits a node with all below it that is not there yet.
+    /// Emits a node with all below it that is not there yet, first what takes most registers.
     fn need(&mut self, id: Id) -> Value {
+        let graph = self.graph;
         self.stack.push(id);
         while let Some(&at) = self.stack.last() {
-            let pending = self.own.get(&at) == Some(&false);
             let before = self.stack.len();
-            if pending {
-                let (graph, own) = (self.graph, &self.own);
-                self.stack.extend(graph.op(at).operands().filter(|o| own.get(o) == Some(&false)));
+            let pending = &self.pending;
+            if pending.contains_key(&at) {
+                self.stack.extend(graph.op(at).operands().filter(|o| pending.contains_key(o)));
+                self.stack[before..].sort_by_key(|o| pending[o]);
             }
             if self.stack.len() == before {
                 self.stack.pop();
-                if pending {
-                    self.own.insert(at, true);
+                if self.pending.remove(&at).is_some() {
                     self.node(at);
-                    let graph = self.graph;
                     graph.op(at).operands().for_each(|o| self.has_read(o));
                 }
             }
@@ -119,17 +136,17 @@ impl<'a, 'b> Emit<'a, 'b> {
     /// values are alive at a time.
     pub fn stores(&mut self, number: u32, chunk: &Chunk, shared: Shared) -> Option<Value> {
         let mut marks = Marks::default();
-        let mut waiting: Map<Half, usize> = Map::default();
+        let mut waiting: Map<Half, (usize, Value)> = Map::default();
         for (at, store) in chunk.stores.iter().enumerate() {
-            self.need(store.node);
+            let value = self.need(store.node);
             self.has_read(store.node);
-            waiting.insert(store.half, at);
+            waiting.insert(store.half, (at, value));
             if self.readers.get(&store.half).is_none_or(|&readers| readers == 0) {
                 self.read.push(store.half);
             }
             while let Some(half) = self.read.pop() {
-                if let Some(at) = waiting.remove(&half) {
-                    self.store(number, &chunk.stores[at], &mut marks);
+                if let Some((at, value)) = waiting.remove(&half) {
+                    self.store(number, &chunk.stores[at], value, &mut marks);
                 }
             }
         }
@@ -137,14 +154,13 @@ impl<'a, 'b> Emit<'a, 'b> {
         // elements are read before anything is written to memories
         self.all(chunk);
         chunk.puts.iter().for_each(|put| self.put(put));
-        let mut rest: Vec<usize> = waiting.into_values().collect();
+        let mut rest: Vec<(usize, Value)> = waiting.into_values().collect();
         rest.sort_unstable();
-        rest.into_iter().for_each(|at| self.store(number, &chunk.stores[at], &mut marks));
+        rest.into_iter().for_each(|(at, value)| self.store(number, &chunk.stores[at], value, &mut marks));
         self.marks(marks, shared)
     }
 
-    fn store(&mut self, number: u32, store: &Store, marks: &mut Marks) {
-        let value = self.value(store.node);
+    fn store(&mut self, number: u32, store: &Store, value: Value, marks: &mut Marks) {
         let offset = offset(store.half);
         if store.alarm {
             marks.alarm = Some(marks.alarm.map_or(value, |a| self.builder.ins().bor(a, value)));
@@ -203,24 +219,25 @@ impl<'a, 'b> Emit<'a, 'b> {
         news
     }
 
-    /// A node's value, brought from memory if another chunk computes it.
+    /// A node's value, brought from memory if another chunk computes it. What is in memory is brought again where it was
+    /// used long ago, and constants are made at each use: registers are few.
     pub fn value(&mut self, id: Id) -> Value {
-        if let Some(&value) = self.values.get(&id) {
+        if let Some(&(value, at)) = self.values.get(&id)
+            && (at == u32::MAX || self.made - at < WINDOW)
+        {
             return value;
         }
-        let value = if let Some(&flag) = self.flags.get(&id) {
-            self.builder.ins().uextend(types::I64, flag)
+        let (value, at) = if let Some(&flag) = self.flags.get(&id) {
+            (self.builder.ins().uextend(types::I64, flag), u32::MAX)
         } else {
-            match self.graph.op(id) {
-                Op::Const(n) => self.builder.ins().iconst(types::I64, n as i64),
-                Op::Load(half) => self.builder.ins().load(types::I64, trusted(), self.base, offset(half)),
-                _ => {
-                    let half = self.plan.place[&id];
-                    self.builder.ins().load(types::I64, trusted(), self.base, offset(half))
-                }
-            }
+            let half = match self.graph.op(id) {
+                Op::Const(n) => return self.builder.ins().iconst(types::I64, n as i64),
+                Op::Load(half) => half,
+                _ => self.plan.place[&id],
+            };
+            (self.builder.ins().load(types::I64, trusted(), self.base, offset(half)), self.made)
         };
-        self.values.insert(id, value);
+        self.values.insert(id, (value, at));
         value
     }
 
@@ -259,6 +276,7 @@ impl<'a, 'b> Emit<'a, 'b> {
                 let (a, b) = (self.value(a), self.value(b));
                 let flag = self.builder.ins().icmp(code, a, b);
                 self.flags.insert(id, flag);
+                self.made += 1;
                 return;
             }
             Op::Select(s, a, b) => {
@@ -274,7 +292,8 @@ impl<'a, 'b> Emit<'a, 'b> {
                 self.load_element(at, size, offset(2 * slot + u32::from(plane)))
             }
         };
-        self.values.insert(id, value);
+        self.values.insert(id, (value, u32::MAX));
+        self.made += 1;
     }
 
     /// Where an element lies after the beginning of its array.
