@@ -3,19 +3,20 @@
 
 use std::sync::OnceLock;
 
-use cranelift_codegen::ir::{AbiParam, Function, InstBuilder, Signature, Value, types};
+use cranelift_codegen::Context;
+use cranelift_codegen::ir::{AbiParam, FuncRef, InstBuilder, Signature, Value, types};
 use cranelift_codegen::settings::{self, Configurable};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{FuncId, Linkage, Module, default_libcall_names};
 
 use super::changes;
-use super::emit::Emit;
+use super::emit::{Emit, offset, trusted};
 use super::fuse::Tick;
-use super::graph::Graph;
+use super::graph::{Graph, Map};
 use super::machine::{Circle, Machine};
 use super::plan::{Chunk, Half, Plan};
-use super::segments::split;
+use super::segments::{Same, same, split};
 
 /// Where the generated code finds what it shares with the engine, in halves of slots.
 #[derive(Clone, Copy, Debug, Default)]
@@ -41,41 +42,73 @@ pub(super) fn dirty_bit(settling: usize, chunk: u32) -> (u32, u64) {
     (word as u32, 1 << bit)
 }
 
-fn module() -> Result<JITModule, String> {
-    let mut flags = settings::builder();
-    let mut set = |name: &str, value: &str| flags.set(name, value).map_err(|e| e.to_string());
-    // the graph is optimised already, and what is emitted is in an order that suits registers
-    set("opt_level", "none")?;
-    set("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" })?;
-    set("is_pic", "false")?;
-    set("use_colocated_libcalls", "false")?;
-    set("unwind_info", "false")?;
-    let isa = cranelift_native::builder()?.finish(settings::Flags::new(flags)).map_err(|e| e.to_string())?;
-    Ok(JITModule::new(JITBuilder::with_isa(isa, default_libcall_names())))
+/// Makes functions of 64-bit integers.
+struct Compiler {
+    module: JITModule,
+    context: Context,
+    builders: FunctionBuilderContext,
+}
+
+impl Compiler {
+    fn new() -> Result<Compiler, String> {
+        let mut flags = settings::builder();
+        let mut set = |name: &str, value: &str| flags.set(name, value).map_err(|e| e.to_string());
+        // the graph is optimised already, and what is emitted is in an order that suits registers
+        set("opt_level", "none")?;
+        set("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" })?;
+        set("is_pic", "false")?;
+        set("use_colocated_libcalls", "false")?;
+        set("unwind_info", "false")?;
+        let isa = cranelift_native::builder()?.finish(settings::Flags::new(flags)).map_err(|e| e.to_string())?;
+        let module = JITModule::new(JITBuilder::with_isa(isa, default_libcall_names()));
+        Ok(Compiler { context: module.make_context(), builders: FunctionBuilderContext::new(), module })
+    }
+
+    /// Makes a function of what `body` emits into a block that has its arguments as parameters.
+    fn define(
+        &mut self,
+        name: &str,
+        arguments: usize,
+        results: usize,
+        body: impl FnOnce(&mut JITModule, &mut FunctionBuilder<'_>, &[Value]),
+    ) -> Result<FuncId, String> {
+        let mut signature = Signature::new(self.module.target_config().default_call_conv);
+        signature.params.resize(arguments, AbiParam::new(types::I64));
+        signature.returns.resize(results, AbiParam::new(types::I64));
+        let id = self.module.declare_function(name, Linkage::Local, &signature).map_err(|e| e.to_string())?;
+        self.context.func.signature = signature;
+        let mut builder = FunctionBuilder::new(&mut self.context.func, &mut self.builders);
+        let block = builder.create_block();
+        builder.append_block_params_for_function_params(block);
+        builder.switch_to_block(block);
+        builder.seal_block(block);
+        let arguments = builder.block_params(block).to_vec();
+        body(&mut self.module, &mut builder, &arguments);
+        builder.finalize();
+        self.module.define_function(id, &mut self.context).map_err(|e| format!("{e:?}"))?;
+        self.module.clear_context(&mut self.context);
+        Ok(id)
+    }
+
+    /// The code, and where functions lie in it.
+    fn finish(mut self, ids: &[FuncId]) -> Result<(JITModule, Vec<*const u8>), String> {
+        self.module.finalize_definitions().map_err(|e| e.to_string())?;
+        let functions = ids.iter().map(|&id| self.module.get_finalized_function(id)).collect();
+        Ok((self.module, functions))
+    }
 }
 
 /// Whether code can be made on this machine at all, found out once: systems may forbid memory that is executed.
 pub(super) fn available() -> Result<(), String> {
     static AVAILABLE: OnceLock<Result<(), String>> = OnceLock::new();
     let attempt = || {
-        let mut module = module()?;
-        if module.target_config().pointer_type() != types::I64 {
+        let mut compiler = Compiler::new()?;
+        if compiler.module.target_config().pointer_type() != types::I64 {
             return Err("the machine does not have 64-bit addresses".into());
         }
-        let mut context = module.make_context();
-        context.func.signature = Signature::new(module.target_config().default_call_conv);
-        let mut builders = FunctionBuilderContext::new();
-        let mut builder = FunctionBuilder::new(&mut context.func, &mut builders);
-        let block = builder.create_block();
-        builder.switch_to_block(block);
-        builder.seal_block(block);
-        builder.ins().return_(&[]);
-        builder.finalize();
-        let signature = context.func.signature.clone();
-        let id = module.declare_function("nothing", Linkage::Local, &signature).map_err(|e| e.to_string())?;
-        module.define_function(id, &mut context).map_err(|e| format!("{e:?}"))?;
-        module.finalize_definitions().map_err(|e| e.to_string())?;
-        drop(Machine::new(module, Vec::new()));
+        let nothing = compiler.define("nothing", 0, 0, |_, builder, _| _ = builder.ins().return_(&[]))?;
+        let (module, functions) = compiler.finish(&[nothing])?;
+        drop(Machine::new(module, functions));
         Ok(())
     };
     AVAILABLE.get_or_init(attempt).clone().map_err(|why| format!("machine code cannot be made here: {why}"))
@@ -83,39 +116,32 @@ pub(super) fn available() -> Result<(), String> {
 
 /// Compiles the chunks of a plan.
 pub(super) fn compile(graph: &Graph, plan: &Plan, shared: Shared) -> Result<Machine, String> {
-    let mut module = module()?;
-    let pointer = module.target_config().pointer_type();
-    let mut signature = Signature::new(module.target_config().default_call_conv);
-    signature.params.push(AbiParam::new(pointer));
-    let mut context = module.make_context();
-    let mut builders = FunctionBuilderContext::new();
+    let mut compiler = Compiler::new()?;
     let mut ids = Vec::new();
     for (number, chunk) in plan.chunks.iter().enumerate() {
-        context.func.signature = signature.clone();
-        let mut builder = FunctionBuilder::new(&mut context.func, &mut builders);
-        let block = builder.create_block();
-        builder.append_block_params_for_function_params(block);
-        builder.switch_to_block(block);
-        builder.seal_block(block);
-        let base = builder.block_params(block)[0];
-        let mut emit = Emit::new(graph, plan, &mut builder, base, chunk);
-        emit.stores(number as u32, chunk, shared);
-        builder.ins().return_(&[]);
-        builder.finalize();
-        let id = module
-            .declare_function(&format!("chunk{number}"), Linkage::Local, &signature)
-            .map_err(|e| e.to_string())?;
-        module.define_function(id, &mut context).map_err(|e| format!("{e:?}"))?;
-        module.clear_context(&mut context);
+        let id = compiler.define(&format!("chunk{number}"), 1, 0, |_, builder, arguments| {
+            let mut emit = Emit::new(graph, plan, builder, arguments[0], chunk);
+            emit.stores(number as u32, chunk, shared);
+            builder.ins().return_(&[]);
+        })?;
         ids.push(id);
     }
-    module.finalize_definitions().map_err(|e| e.to_string())?;
-    let functions: Vec<*const u8> = ids.iter().map(|&id| module.get_finalized_function(id)).collect();
+    let (module, functions) = compiler.finish(&ids)?;
     Ok(Machine::new(module, functions))
 }
 
 /// Nodes up to which a tick that writes down what it changes can be compiled: it is one function.
-const TRACED: usize = 20000;
+const TRACED: usize = 20_000;
+
+/// Nodes up to which a tick in pieces can be compiled, those of pieces that are alike counted once.
+const OWN: usize = 100_000;
+
+/// Whether a tick is too long to be one function, where pieces are of about `piece` nodes.
+pub(super) fn is_long(tick: &Chunk, piece: usize) -> bool {
+    // what is made for a long run may take longer to make
+    let most = if tick.aborts.is_empty() { 2 } else { 8 };
+    tick.nodes.len() > most * piece
+}
 
 /// Compiles ticks that follow each other in a circle. The code leaves it where an observed net has changed, or state that
 /// was taken to be known is not. A tick of more than some pieces of `piece` nodes is made of several functions: the time
@@ -126,54 +152,48 @@ pub(super) fn compile_circle(
     shared: Shared,
     mut fresh: impl FnMut() -> Half,
 ) -> Result<Circle, String> {
-    let mut module = module()?;
-    let mut context = module.make_context();
-    let mut builders = FunctionBuilderContext::new();
-    // the functions of each tick, and the one after which it may still be left
-    let mut pieces: Vec<(Vec<FuncId>, Option<usize>)> = Vec::new();
-    for tick in ticks {
-        let (mut list, mut gate) = (Vec::new(), None);
+    let mut compiler = Compiler::new()?;
+    let mut made = Vec::new();
+    for (number, tick) in ticks.iter().enumerate() {
         // what it writes down it does before it stores anything
         let whole = shared.log != 0;
         if whole && tick.chunk.nodes.len() > TRACED {
             return Err("it is too long".into());
         }
-        // what is made for a long run may take longer to make
-        let most = if tick.chunk.aborts.is_empty() { 2 } else { 8 };
-        if !whole && tick.chunk.nodes.len() > most * piece {
-            let plan = split(tick, piece, &mut fresh);
-            gate = plan.chunks.iter().position(|chunk| !chunk.aborts.is_empty());
-            for chunk in &plan.chunks {
-                let name = format!("piece{}_{}", pieces.len(), list.len());
-                context.func.signature = piece_signature(&module);
-                compile_piece(&mut context.func, &mut builders, &tick.graph, &plan, chunk, shared);
-                let id = module
-                    .declare_function(&name, Linkage::Local, &context.func.signature)
-                    .map_err(|e| e.to_string())?;
-                module.define_function(id, &mut context).map_err(|e| format!("{e:?}"))?;
-                module.clear_context(&mut context);
-                list.push(id);
-            }
-        }
-        pieces.push((list, gate));
+        made.push(match !whole && is_long(&tick.chunk, piece) {
+            true => Some(Pieces::compile(&mut compiler, tick, number, piece, shared, &mut fresh)?),
+            false => None,
+        });
     }
-    let mut signature = Signature::new(module.target_config().default_call_conv);
-    signature.params.extend([AbiParam::new(types::I64), AbiParam::new(types::I64)]);
-    signature.returns.push(AbiParam::new(types::I64));
-    context.func.signature = signature.clone();
-    let mut builder = FunctionBuilder::new(&mut context.func, &mut builders);
-    let (entry, header, exit) = (builder.create_block(), builder.create_block(), builder.create_block());
-    builder.append_block_params_for_function_params(entry);
+    let circle = compiler.define("circle", 2, 1, |module, builder, arguments| {
+        emit_circle(module, builder, ticks, &made, shared, arguments[0], arguments[1]);
+    })?;
+    let (module, functions) = compiler.finish(&[circle])?;
+    Ok(Circle::new(module, functions[0], ticks.len() as u64))
+}
+
+/// The circle of some ticks, those of pieces among them, round at most `most` times; returns how many ticks are left.
+fn emit_circle(
+    module: &mut JITModule,
+    builder: &mut FunctionBuilder<'_>,
+    ticks: &[&Tick],
+    made: &[Option<Pieces>],
+    shared: Shared,
+    base: Value,
+    most: Value,
+) {
+    let (header, exit) = (builder.create_block(), builder.create_block());
     let rounds = builder.append_block_param(header, types::I64);
     let left = builder.append_block_param(exit, types::I64);
-    builder.switch_to_block(entry);
-    builder.seal_block(entry);
-    let (base, most) = (builder.block_params(entry)[0], builder.block_params(entry)[1]);
+    for &(half, n) in made.iter().flatten().flat_map(|pieces| &pieces.constants) {
+        let n = builder.ins().iconst(types::I64, n as i64);
+        builder.ins().store(trusted(), n, base, offset(half));
+    }
     builder.ins().jump(header, &[most.into()]);
     builder.switch_to_block(header);
     let plan = Plan::default();
     let count = ticks.len() as i64;
-    for ((number, tick), (pieces, gate)) in (1..).zip(ticks).zip(&pieces) {
+    for ((number, tick), pieces) in (1..).zip(ticks).zip(made) {
         let leave = |builder: &mut FunctionBuilder<'_>, flags: Option<Value>, made: i64| {
             let Some(flags) = flags else { return };
             let all = builder.ins().imul_imm(rounds, count);
@@ -183,8 +203,10 @@ pub(super) fn compile_circle(
             builder.seal_block(on);
             builder.switch_to_block(on);
         };
-        let news = if pieces.is_empty() {
-            let mut emit = Emit::new(&tick.graph, &plan, &mut builder, base, &tick.chunk);
+        let news = if let Some(pieces) = pieces {
+            pieces.emit(module, builder, base, |builder, flags| leave(builder, flags, number - 1))
+        } else {
+            let mut emit = Emit::new(&tick.graph, &plan, builder, base, &tick.chunk);
             let aborts = emit.aborts(&tick.chunk);
             leave(emit.builder, aborts, number - 1);
             if shared.log != 0 {
@@ -192,21 +214,8 @@ pub(super) fn compile_circle(
             }
             changes::emit(&mut emit, &tick.record, shared.log);
             emit.stores(0, &tick.chunk, shared)
-        } else {
-            let mut all: Option<Value> = None;
-            for (at, &id) in pieces.iter().enumerate() {
-                let function = module.declare_func_in_func(id, builder.func);
-                let call = builder.ins().call(function, &[base]);
-                let flags = builder.inst_results(call)[0];
-                if *gate == Some(at) {
-                    leave(&mut builder, Some(flags), number - 1);
-                    continue;
-                }
-                all = Some(all.map_or(flags, |all| builder.ins().bor(all, flags)));
-            }
-            all
         };
-        leave(&mut builder, news, number);
+        leave(builder, news, number);
     }
     let rest = builder.ins().iadd_imm(rounds, -1);
     builder.ins().brif(rest, header, &[rest.into()], exit, &[rest.into()]);
@@ -214,42 +223,75 @@ pub(super) fn compile_circle(
     builder.seal_block(exit);
     builder.switch_to_block(exit);
     builder.ins().return_(&[left]);
-    builder.finalize();
-    let id = module.declare_function("circle", Linkage::Local, &signature).map_err(|e| e.to_string())?;
-    module.define_function(id, &mut context).map_err(|e| format!("{e:?}"))?;
-    module.clear_context(&mut context);
-    module.finalize_definitions().map_err(|e| e.to_string())?;
-    let function = module.get_finalized_function(id);
-    Ok(Circle::new(module, function, ticks.len() as u64))
 }
 
-/// Of a piece of a tick: it is given where the memory begins, and returns whether the circle is to be left.
-fn piece_signature(module: &JITModule) -> Signature {
-    let mut signature = Signature::new(module.target_config().default_call_conv);
-    signature.params.push(AbiParam::new(types::I64));
-    signature.returns.push(AbiParam::new(types::I64));
-    signature
+/// A tick as several functions. Each is given where the memory begins, for each of its bases, and returns what is not 0
+/// where the circle is to be left.
+struct Pieces {
+    /// The function of each piece, and by how many halves its bases are moved.
+    calls: Vec<(FuncId, Vec<i64>)>,
+    /// The last piece after which the tick may be left as if it had not begun.
+    gate: Option<usize>,
+    /// What the functions want in memory.
+    constants: Vec<(Half, u64)>,
 }
 
-fn compile_piece(
-    function: &mut Function,
-    builders: &mut FunctionBuilderContext,
-    graph: &Graph,
-    plan: &Plan,
-    chunk: &Chunk,
-    shared: Shared,
-) {
-    let mut builder = FunctionBuilder::new(function, builders);
-    let block = builder.create_block();
-    builder.append_block_params_for_function_params(block);
-    builder.switch_to_block(block);
-    builder.seal_block(block);
-    let base = builder.block_params(block)[0];
-    let mut emit = Emit::new(graph, plan, &mut builder, base, chunk);
-    // one with aborts stores nothing but what it leaves for later pieces
-    let aborts = emit.aborts(chunk);
-    let news = emit.stores(0, chunk, shared).or(aborts);
-    let news = news.unwrap_or_else(|| builder.ins().iconst(types::I64, 0));
-    builder.ins().return_(&[news]);
-    builder.finalize();
+impl Pieces {
+    fn compile(
+        compiler: &mut Compiler,
+        tick: &Tick,
+        number: usize,
+        piece: usize,
+        shared: Shared,
+        mut fresh: impl FnMut() -> Half,
+    ) -> Result<Pieces, String> {
+        let plan = split(tick, piece, &mut fresh);
+        let Same { calls, data, constants } = same(&tick.graph, &plan, fresh);
+        let own = (0..).zip(&calls).zip(&plan.chunks).filter(|((at, call), _)| call.code == *at);
+        if own.map(|(_, chunk)| chunk.nodes.len()).sum::<usize>() > OWN {
+            return Err("it is too long".into());
+        }
+        let mut made: Vec<(FuncId, Vec<i64>)> = Vec::new();
+        for (at, (call, chunk)) in calls.into_iter().zip(&plan.chunks).enumerate() {
+            let id = if call.code < at {
+                made[call.code].0
+            } else {
+                let name = format!("tick{number}_{at}");
+                compiler.define(&name, call.moved.len(), 1, |_, builder, bases| {
+                    let mut emit = Emit::new(&tick.graph, &plan, builder, bases[0], chunk).on(&data[at], bases);
+                    // one with aborts stores nothing but what it leaves for later pieces
+                    let aborts = emit.aborts(chunk);
+                    let news = emit.stores(0, chunk, shared).or(aborts);
+                    let news = news.unwrap_or_else(|| builder.ins().iconst(types::I64, 0));
+                    builder.ins().return_(&[news]);
+                })?
+            };
+            made.push((id, call.moved));
+        }
+        let gate = plan.chunks.iter().rposition(|chunk| !chunk.aborts.is_empty());
+        Ok(Pieces { calls: made, gate, constants })
+    }
+
+    /// Emits the calls of the pieces, and what is to be done after the last that may have the tick left.
+    fn emit(
+        &self,
+        module: &mut JITModule,
+        builder: &mut FunctionBuilder<'_>,
+        base: Value,
+        leave: impl Fn(&mut FunctionBuilder<'_>, Option<Value>),
+    ) -> Option<Value> {
+        let mut functions: Map<FuncId, FuncRef> = Map::default();
+        let mut all: Option<Value> = None;
+        for (at, (id, moved)) in self.calls.iter().enumerate() {
+            let function = *functions.entry(*id).or_insert_with(|| module.declare_func_in_func(*id, builder.func));
+            let bases: Vec<Value> = moved.iter().map(|halves| builder.ins().iadd_imm(base, 8 * halves)).collect();
+            let call = builder.ins().call(function, &bases);
+            let flags = builder.inst_results(call)[0];
+            all = Some(all.map_or(flags, |all| builder.ins().bor(all, flags)));
+            if self.gate == Some(at) {
+                leave(builder, all.take());
+            }
+        }
+        all
+    }
 }

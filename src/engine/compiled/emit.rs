@@ -8,6 +8,7 @@ use super::codegen::{Shared, dirty_bit};
 use super::graph::{Graph, Id, Map, Op};
 use super::memory::Put;
 use super::plan::{Chunk, Half, Plan, Store};
+use super::segments::Data;
 
 /// Operations after which what is in memory is brought again.
 const WINDOW: u32 = 12;
@@ -16,7 +17,10 @@ pub(super) struct Emit<'a, 'b> {
     graph: &'a Graph,
     plan: &'a Plan,
     pub builder: &'a mut FunctionBuilder<'b>,
+    /// Where memory begins.
     pub base: Value,
+    /// Where it begins for what lies elsewhere each time the code is called, and what that is.
+    moved: Option<(&'a Data, &'a [Value])>,
     /// Values, and how much had been made when they were brought from memory.
     values: Map<Id, (Value, u32)>,
     made: u32,
@@ -76,6 +80,7 @@ impl<'a, 'b> Emit<'a, 'b> {
             plan,
             builder,
             base,
+            moved: None,
             values: Map::default(),
             made: 0,
             flags: Map::default(),
@@ -84,6 +89,16 @@ impl<'a, 'b> Emit<'a, 'b> {
             read: Vec::new(),
             stack: Vec::new(),
         }
+    }
+
+    /// For code that runs on other data too: `bases` are where memory begins, as `data` tells.
+    pub fn on(self, data: &'a Data, bases: &'a [Value]) -> Emit<'a, 'b> {
+        Emit { moved: Some((data, bases)), ..self }
+    }
+
+    /// Where memory begins for a half.
+    fn begin(&self, half: Half) -> Value {
+        self.moved.map_or(self.base, |(data, bases)| bases[data.base.get(&half).copied().unwrap_or_default()])
     }
 
     /// Emits all operations of a chunk.
@@ -161,7 +176,7 @@ impl<'a, 'b> Emit<'a, 'b> {
     }
 
     fn store(&mut self, number: u32, store: &Store, value: Value, marks: &mut Marks) {
-        let offset = offset(store.half);
+        let (begin, offset) = (self.begin(store.half), offset(store.half));
         if store.alarm {
             marks.alarm = Some(marks.alarm.map_or(value, |a| self.builder.ins().bor(a, value)));
         }
@@ -174,12 +189,12 @@ impl<'a, 'b> Emit<'a, 'b> {
             marks.dirty.insert(word, joined);
         }
         if !store.compared {
-            self.builder.ins().store(trusted(), value, self.base, offset);
+            self.builder.ins().store(trusted(), value, begin, offset);
             return;
         }
-        let old = self.builder.ins().load(types::I64, trusted(), self.base, offset);
+        let old = self.builder.ins().load(types::I64, trusted(), begin, offset);
         let differs = self.builder.ins().icmp(IntCC::NotEqual, old, value);
-        self.builder.ins().store(trusted(), value, self.base, offset);
+        self.builder.ins().store(trusted(), value, begin, offset);
         let mut bits: Vec<(u32, u64, bool)> = Vec::new();
         for &chunk in &store.wakes {
             let (word, bit) = dirty_bit(self.plan.settling, chunk);
@@ -231,11 +246,15 @@ impl<'a, 'b> Emit<'a, 'b> {
             (self.builder.ins().uextend(types::I64, flag), u32::MAX)
         } else {
             let half = match self.graph.op(id) {
-                Op::Const(n) => return self.builder.ins().iconst(types::I64, n as i64),
+                Op::Const(n) => match self.moved.and_then(|(data, _)| data.constants.get(&id)) {
+                    Some(&half) => half,
+                    None => return self.builder.ins().iconst(types::I64, n as i64),
+                },
                 Op::Load(half) => half,
                 _ => self.plan.place[&id],
             };
-            (self.builder.ins().load(types::I64, trusted(), self.base, offset(half)), self.made)
+            let begin = self.begin(half);
+            (self.builder.ins().load(types::I64, trusted(), begin, offset(half)), self.made)
         };
         self.values.insert(id, (value, at));
         value
@@ -288,7 +307,7 @@ impl<'a, 'b> Emit<'a, 'b> {
                 self.builder.ins().select(s, a, b)
             }
             Op::Element { slot, index, size, plane } => {
-                let at = self.element(index, size);
+                let at = self.element(slot, index, size);
                 self.load_element(at, size, offset(2 * slot + u32::from(plane)))
             }
         };
@@ -296,18 +315,18 @@ impl<'a, 'b> Emit<'a, 'b> {
         self.made += 1;
     }
 
-    /// Where an element lies after the beginning of its array.
-    fn element(&mut self, index: Id, size: u8) -> Value {
-        let index = self.value(index);
+    /// Where an element lies, without the place of its array in memory.
+    fn element(&mut self, slot: u32, index: Id, size: u8) -> Value {
+        let (begin, index) = (self.begin(2 * slot), self.value(index));
         if size == 3 {
             let bytes = self.builder.ins().ishl_imm(index, 4);
-            return self.builder.ins().iadd(self.base, bytes);
+            return self.builder.ins().iadd(begin, bytes);
         }
         // between 8 bytes of a plane there are 8 of the other
         let bytes = self.builder.ins().ishl_imm(index, i64::from(size));
         let whole = self.builder.ins().band_imm(bytes, !7);
         let bytes = self.builder.ins().iadd(bytes, whole);
-        self.builder.ins().iadd(self.base, bytes)
+        self.builder.ins().iadd(begin, bytes)
     }
 
     fn load_element(&mut self, at: Value, size: u8, offset: i32) -> Value {
@@ -323,7 +342,7 @@ impl<'a, 'b> Emit<'a, 'b> {
     fn put(&mut self, put: &Put) {
         let [mask, v, u] = [put.mask, put.v, put.u].map(|node| self.value(node));
         // the same in both blocks: nothing that the first has may be used in the second
-        let at = self.element(put.index, put.size);
+        let at = self.element(put.slot, put.index, put.size);
         let (write, on) = (self.builder.create_block(), self.builder.create_block());
         self.builder.ins().brif(mask, write, &[], on, &[]);
         self.builder.seal_block(write);

@@ -20,7 +20,7 @@ use crate::netlist::Netlist;
 /// Rounds of edges that are followed.
 const ROUNDS: usize = 8;
 /// Nodes above which a tick is not worth being one piece.
-const LIMIT: usize = 100_000;
+const LIMIT: usize = 400_000;
 const NONE: Id = Id::MAX;
 
 /// A tick: a graph, and the one chunk of it.

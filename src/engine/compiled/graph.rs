@@ -68,8 +68,19 @@ pub(super) struct Graph {
 impl Op {
     /// The operands.
     pub fn operands(&self) -> impl Iterator<Item = Id> {
-        let list = match *self {
-            Op::Const(_) | Op::Load(_) => [None; 3],
+        let mut op = *self;
+        op.operands_mut().map(|o| o.copied()).into_iter().flatten()
+    }
+
+    /// The same with other operands.
+    pub fn with(mut self, at: impl Fn(Id) -> Id) -> Op {
+        self.operands_mut().into_iter().flatten().for_each(|o| *o = at(*o));
+        self
+    }
+
+    fn operands_mut(&mut self) -> [Option<&mut Id>; 3] {
+        match self {
+            Op::Const(_) | Op::Load(_) => [None, None, None],
             Op::And(a, b)
             | Op::AndNot(a, b)
             | Op::Or(a, b)
@@ -88,8 +99,7 @@ impl Op {
             | Op::Rem(a, b) => [Some(a), Some(b), None],
             Op::Shl(a, _) | Op::Shr(a, _) | Op::Count(a) | Op::Element { index: a, .. } => [Some(a), None, None],
             Op::Select(a, b, c) => [Some(a), Some(b), Some(c)],
-        };
-        list.into_iter().flatten()
+        }
     }
 
     /// Whether it costs nothing to have it wherever it is used.

@@ -12,7 +12,7 @@ use crate::value::Word;
 use crate::value::word::{mask, word_mask, words};
 
 /// What one port writes into one element; only the bits of `mask` count.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(super) struct Put {
     /// Where the contents begin.
     pub slot: u32,

@@ -24,6 +24,8 @@ mod graph;
 mod identities;
 mod lower;
 mod machine;
+#[cfg(test)]
+mod meaning;
 mod memory;
 mod narrow;
 mod pack;

@@ -40,8 +40,10 @@ impl Period {
             next - 1
         };
         let Packed { step, places, .. } = pack(&mut step, groups, LEAST, TRIALS, &mut fresh)?;
-        // what does not lie in words is better left as it is
-        if step.cost() >= plain {
+        // What does not lie in words is better left as it is. Long ticks come in pieces, which share code where they are
+        // alike; a period, which is left before anything is stored, does so less well.
+        let least = if ticks.iter().any(|tick| codegen::is_long(&tick.chunk, piece)) { plain / 8 } else { 0 };
+        if step.cost() + least >= plain {
             return None;
         }
         let nodes = step.needed();

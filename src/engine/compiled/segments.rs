@@ -2,14 +2,26 @@
 //!
 //! What a piece leaves for a later one lies in memory. Nothing is written over before the last piece that reads it has
 //! run: a store waits for that, so all pieces together see the state as it was before the tick. Where the tick may be left
-//! before it has done anything, all state waits for the piece that tells.
+//! before it has done anything, all state waits for the last piece that tells.
+//!
+//! What has nothing to do with the rest (`parts`) gets pieces of its own where there are several of the kind, so that these
+//! come out alike and share their code (`same`).
+
+mod parts;
+mod same;
+#[cfg(test)]
+mod tests;
 
 use super::fuse::Tick;
 use super::graph::{Id, Map, Op};
 use super::memory::Put;
 use super::plan::{Chunk, Half, Plan, Store};
+use parts::parts;
+pub(super) use same::{Data, Same, same};
 
 const NONE: u32 = u32::MAX;
+/// By how much less than a piece may have that is worth a call of its own.
+const APART: usize = 16;
 
 struct Split<'t> {
     tick: &'t Tick,
@@ -22,17 +34,20 @@ struct Split<'t> {
 /// Pieces of a tick, of about `limit` nodes each, and where what they leave each other lies. `fresh` gives places.
 pub(super) fn split(tick: &Tick, limit: usize, mut fresh: impl FnMut() -> Half) -> Plan {
     let mut s = Split { tick, limit, piece: vec![NONE; tick.graph.len()], pieces: vec![Chunk::default()] };
-    let (stores, puts) = (&tick.chunk.stores, &tick.chunk.puts);
-    let aborts = &tick.chunk.aborts;
-    aborts.iter().for_each(|&abort| _ = s.assign(&[abort], true));
-    let gate = s.pieces.len() as u32 - 1;
-    let first = if aborts.is_empty() { 0 } else { gate + 1 };
-    if first > 0 {
-        s.pieces.push(Chunk::default());
+    let (stores, puts, aborts) = (&tick.chunk.stores, &tick.chunk.puts, &tick.chunk.aborts);
+    let parts = parts(tick, limit / APART);
+    for part in parts.iter().filter(|part| !part.aborts.is_empty()) {
+        part.aborts.iter().for_each(|&i| _ = s.assign(&[aborts[i]], true));
+        s.close();
     }
-    let mut store_at: Vec<u32> = stores.iter().map(|store| s.assign(&[store.node], true).max(first)).collect();
-    let of_put = |put: &Put| s.assign(&put.nodes(), false).max(first);
-    let mut put_at: Vec<u32> = puts.iter().map(of_put).collect();
+    // what comes before this is left where the tick is
+    let first = if aborts.is_empty() { 0 } else { s.open() };
+    let (mut store_at, mut put_at) = (vec![0; stores.len()], vec![0; puts.len()]);
+    for part in &parts {
+        part.stores.iter().for_each(|&i| store_at[i] = s.assign(&[stores[i].node], true).max(first));
+        part.puts.iter().for_each(|&i| put_at[i] = s.assign(&puts[i].nodes(), false).max(first));
+        s.close();
+    }
     s.wait(&mut store_at, &mut put_at);
     let Split { piece, mut pieces, .. } = s;
     // what is used in a later piece than its own
@@ -55,9 +70,9 @@ pub(super) fn split(tick: &Tick, limit: usize, mut fresh: impl FnMut() -> Half) 
         pieces[by as usize].nodes = nodes;
         pieces[by as usize].nodes.sort_unstable();
     }
-    if first > 0 {
-        aborts.iter().for_each(|&abort| lay(abort, gate, &mut pieces));
-        pieces[gate as usize].aborts.clone_from(aborts);
+    for &abort in aborts {
+        let at = Some(piece[abort as usize]).filter(|&at| at != NONE);
+        pieces[at.unwrap_or_default() as usize].aborts.push(abort);
     }
     for (store, &at) in stores.iter().zip(&store_at) {
         lay(store.node, at, &mut pieces);
@@ -71,6 +86,22 @@ pub(super) fn split(tick: &Tick, limit: usize, mut fresh: impl FnMut() -> Half) 
 }
 
 impl Split<'_> {
+    /// Begins a piece; its number, which is not 0.
+    fn open(&mut self) -> u32 {
+        self.close();
+        if self.pieces.len() == 1 {
+            self.pieces.push(Chunk::default());
+        }
+        self.pieces.len() as u32 - 1
+    }
+
+    /// Ends the present piece, if there is anything in it.
+    fn close(&mut self) {
+        if self.pieces.last().is_none_or(|last| !last.nodes.is_empty()) {
+            self.pieces.push(Chunk::default());
+        }
+    }
+
     /// Gives all that some nodes need a piece: the present one, or the first that comes after all that is there already.
     /// The piece after which they are there.
     fn assign(&mut self, roots: &[Id], present: bool) -> u32 {

@@ -1,48 +1,5 @@
 use super::*;
-
-/// SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn word(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.word() % n as u64) as usize
-    }
-}
-
-/// What every node is, by the meaning of the operations alone.
-fn values(g: &Graph, memory: &[u64]) -> Vec<u64> {
-    let mut all: Vec<u64> = Vec::new();
-    for n in 0..g.len() as Id {
-        let v = |id: Id| all[id as usize];
-        let value = match g.op(n) {
-            Op::Const(n) => n,
-            Op::Load(half) => memory[half as usize],
-            Op::And(a, b) => v(a) & v(b),
-            Op::AndNot(a, b) => v(a) & !v(b),
-            Op::Or(a, b) => v(a) | v(b),
-            Op::Xor(a, b) => v(a) ^ v(b),
-            Op::Add(a, b) => v(a).wrapping_add(v(b)),
-            Op::Sub(a, b) => v(a).wrapping_sub(v(b)),
-            Op::Shl(a, n) => v(a) << n,
-            Op::Shr(a, n) => v(a) >> n,
-            Op::Eq(a, b) => u64::from(v(a) == v(b)),
-            Op::Less(a, b) => u64::from(v(a) < v(b)),
-            Op::Select(s, a, b) => v(if v(s) == 1 { a } else { b }),
-            op => unreachable!("{op:?}"),
-        };
-        assert_eq!(value & !g.may(n), 0, "{:?} has bits that it may not have", g.op(n));
-        all.push(value);
-    }
-    all
-}
+use crate::engine::compiled::meaning::{Random, values};
 
 /// A carry of two bits and one, in one of the ways in which people and tools write it.
 fn carry(r: &mut Random, g: &mut Graph, way: usize, a: Id, b: Id, c: Id) -> Id {
