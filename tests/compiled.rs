@@ -67,6 +67,21 @@ impl<'n> Pair<'n> {
         true
     }
 
+    /// Runs both to a tick without a look in between.
+    fn run_far(&mut self, until: u64, label: &dyn Fn() -> String) -> bool {
+        loop {
+            let (a, b) = (to(&mut self.event, until), to(&mut self.compiled, until));
+            assert_eq!(sorted(a.clone()), sorted(b), "{}", label());
+            if a.is_err() {
+                return false;
+            }
+            if self.event.now() == until && self.compiled.now() == until {
+                self.compare(label);
+                return true;
+            }
+        }
+    }
+
     fn compare(&mut self, label: &dyn Fn() -> String) {
         for net in self.netlist.net_ids() {
             let (a, b) = (self.event.read(net), self.compiled.read(net));
@@ -363,6 +378,51 @@ fn random_netlists_are_the_same_on_both_engines() {
     println!("{steps} steps; {left_out} with delays or long loops left out, {unsettled} never settled");
     println!("waves: {known} known, {mixed} mixed, {four_valued} four-valued");
     assert!(first > 0 || steps > 5000 && known > 500 && four_valued > 500);
+}
+
+/// Circuits of parts that are alike, on a clock that runs for long while little is observed: ticks in pieces, which share
+/// their code.
+#[test]
+fn repeated_netlists_are_the_same_on_both_engines() {
+    let seeds = std::env::var("DISCRETA_SEEDS").ok().and_then(|s| s.parse().ok()).unwrap_or(60);
+    let (mut instants, mut known, mut mixed) = (0, 0, 0);
+    for seed in 0..seeds {
+        let mut rng = Rng::new(seed);
+        let mut design = Design::ordered(&mut rng);
+        if rng.one_in(2) {
+            add_memories(&mut rng, &mut design);
+        }
+        let times = 4 + rng.below(4) as usize;
+        let netlist = design.repeated(&mut rng, times).build(&mut rng);
+        if CompiledEngine::supports(&netlist).is_err() {
+            continue;
+        }
+        let observed = rng.one_in(3).then(|| rng.below(netlist.nets().len() as u64) as usize);
+        let chunk = *rng.pick(&[1, 2, 5, 20]);
+        let mut pair = Pair::new(&netlist, chunk, |net| Some(net.index()) == observed);
+        let inputs: Vec<(NetId, u32)> = (0..design.inputs)
+            .map(|i| (netlist.bits(netlist.find(&design.signals[i].0).unwrap())[0].net, design.signals[i].1))
+            .collect();
+        let clock = Clock { period: 4, high: 2, phase: 1 };
+        pair.event.add_clock(inputs[0].0, clock);
+        pair.compiled.add_clock(inputs[0].0, clock);
+        for n in 0..16u64 {
+            let label = || format!("seed {seed}, {times} times, chunks of {chunk}, step {n}");
+            for &(net, width) in &inputs[1..] {
+                if n == 0 || rng.one_in(4) {
+                    pair.drive(net, &rng.four_valued(width, if n % 7 == 5 { 8 } else { u64::MAX }));
+                }
+            }
+            if !pair.settle(&label) || !pair.run_far(80 * (n + 1), &label) {
+                break;
+            }
+            instants += 1;
+        }
+        known += pair.compiled.report().known;
+        mixed += pair.compiled.report().mixed;
+    }
+    println!("{instants} instants, waves: {known} known, {mixed} mixed");
+    assert!(seeds < 60 || instants > 800 && known > 8000 && mixed > 8000);
 }
 
 /// The command line: the same bytes of waveform, and what is said of the engine.

@@ -27,6 +27,8 @@ pub struct Design {
     pub cells: Vec<Cell>,
     /// Whether what acts at once reads only what comes before it.
     ordered: bool,
+    /// Whether signals and cells are built in the order in which they are here.
+    laid_out: bool,
 }
 
 /// The signals that are clocks.
@@ -161,7 +163,7 @@ impl Design {
                 cells.push(Cell { kind, inputs: vec![], outputs: vec![y] });
             }
         }
-        let mut design = Design { signals, inputs, cells, ordered: false };
+        let mut design = Design { signals, inputs, cells, ordered: false, laid_out: false };
         // how often a gate reads what comes after it
         let feedback = *rng.pick(&[u64::MAX, 60, 20, 8, 3]);
         for c in 0..design.cells.len() {
@@ -196,10 +198,58 @@ impl Design {
             }
             cells.push(Cell { kind, inputs: vec![], outputs });
         }
-        let mut design = Design { signals, inputs, cells, ordered: true };
+        let mut design = Design { signals, inputs, cells, ordered: true, laid_out: false };
         for c in 0..design.cells.len() {
             let operands = design.operands(rng, c, u64::MAX);
             design.cells[c].inputs = operands;
+        }
+        design
+    }
+
+    /// The same several times over, on the same inputs, with other values in the registers and other constants. At times
+    /// one reads a register of another, or is not quite as they are.
+    pub fn repeated(&self, rng: &mut Rng, times: usize) -> Design {
+        let own = self.signals.len() - self.inputs;
+        let mut design = Design {
+            signals: self.signals[..self.inputs].to_vec(),
+            inputs: self.inputs,
+            cells: Vec::new(),
+            ordered: self.ordered,
+            laid_out: true,
+        };
+        let registers: Vec<usize> =
+            self.cells.iter().filter(|c| c.kind.edge().is_some()).map(|c| c.outputs[0]).collect();
+        let neighbours = rng.one_in(3);
+        for copy in 0..times {
+            let signals = &self.signals[self.inputs..];
+            design.signals.extend(signals.iter().map(|(name, width)| (format!("{name}_{copy}"), *width)));
+            let odd = rng.one_in(6);
+            for cell in &self.cells {
+                let mut cell = cell.clone();
+                let moved = |signal: usize, copy| if signal < self.inputs { signal } else { signal + copy * own };
+                for operand in &mut cell.inputs {
+                    for piece in operand {
+                        let other = neighbours && registers.contains(&piece.0) && rng.one_in(4);
+                        piece.0 = moved(piece.0, if other { (copy + 1) % times } else { copy });
+                    }
+                }
+                cell.outputs.iter_mut().for_each(|signal| *signal = moved(*signal, copy));
+                let new = |rng: &mut Rng, value: &mut Value| *value = rng.known(value.width());
+                match &mut cell.kind {
+                    CellKind::Flop(flop) => {
+                        new(rng, &mut flop.init);
+                        new(rng, &mut flop.set_value);
+                        new(rng, &mut flop.reset_value);
+                    }
+                    // one clock is enough
+                    CellKind::Clock(_) => cell.kind = CellKind::Constant(Box::new(Value::from_u64(0, 1))),
+                    CellKind::Constant(value) if value.width() > 1 => new(rng, value),
+                    CellKind::Counter(counter) => new(rng, &mut counter.init),
+                    CellKind::Gate { op, inputs: 2, .. } if odd && rng.one_in(3) => *op = GateOp::Nor,
+                    _ => {}
+                }
+                design.cells.push(cell);
+            }
         }
         design
     }
@@ -262,18 +312,22 @@ impl Design {
         operand
     }
 
-    /// The netlist with signals and cells in random order.
+    /// The netlist with signals and cells in random order, unless they are laid out.
     pub fn build(&self, rng: &mut Rng) -> Netlist {
         let mut b = Builder::new("top");
         let mut order: Vec<usize> = (0..self.signals.len()).collect();
-        rng.shuffle(&mut order);
+        if !self.laid_out {
+            rng.shuffle(&mut order);
+        }
         let mut buses = vec![Bus::default(); self.signals.len()];
         for i in order {
             let (name, width) = &self.signals[i];
             buses[i] = if i < self.inputs { b.input(name, *width) } else { b.net(name, *width) };
         }
         let mut order: Vec<usize> = (0..self.cells.len()).collect();
-        rng.shuffle(&mut order);
+        if !self.laid_out {
+            rng.shuffle(&mut order);
+        }
         for i in order {
             let cell = &self.cells[i];
             let pin = |operand: &Operand| {
