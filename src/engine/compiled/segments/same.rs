@@ -58,7 +58,7 @@ struct Member {
     constants: Vec<u64>,
 }
 
-/// Which pieces of a plan are alike. `fresh` gives places.
+/// Which pieces of a plan are alike. `fresh` gives places, one after another.
 pub(in super::super) fn same(graph: &Graph, plan: &Plan, mut fresh: impl FnMut() -> Half) -> Same {
     let mut classes: Vec<Class> = Vec::new();
     let mut of_shape: Map<Vec<Part>, Vec<usize>> = Map::default();
@@ -74,27 +74,11 @@ pub(in super::super) fn same(graph: &Graph, plan: &Plan, mut fresh: impl FnMut()
         known.push(classes.len());
         classes.push(Class::new(graph, number, used));
     }
-    let mut calls: Vec<Option<Call>> = vec![None; plan.chunks.len()];
-    let (mut data, mut constants) = (vec![Data::default(); plan.chunks.len()], Vec::new());
-    for Class { first, base, varied, members } in classes {
-        let code = members[0].number;
-        data[code].base = first.halves.into_iter().zip(base).collect();
-        let mut begin = None;
-        for mut member in members {
-            if !varied.is_empty() {
-                let places: Vec<Half> = varied.iter().map(|_| fresh()).collect();
-                constants.extend(places.iter().zip(&varied).map(|(&half, &i)| (half, member.constants[i])));
-                let begin = *begin.get_or_insert(places[0]);
-                if begin == places[0] {
-                    data[code].base.extend(places.iter().map(|&half| (half, member.moved.len())));
-                    data[code].constants = varied.iter().map(|&i| first.constants[i]).zip(places.clone()).collect();
-                }
-                member.moved.push(i64::from(places[0]) - i64::from(begin));
-            }
-            calls[member.number] = Some(Call { code, moved: member.moved });
-        }
-    }
-    Same { calls: calls.into_iter().map(|call| call.expect("each piece is of one class")).collect(), data, constants }
+    let own = |number| Call { code: number, moved: Vec::new() };
+    let calls = (0..plan.chunks.len()).map(own).collect();
+    let mut all = Same { calls, data: vec![Data::default(); plan.chunks.len()], constants: Vec::new() };
+    classes.into_iter().for_each(|class| class.finish(&mut all, &mut fresh));
+    all
 }
 
 impl Class {
@@ -132,6 +116,26 @@ impl Class {
         self.members.push(Member { number, moved, constants });
         (self.base, self.varied) = (base, varied);
         true
+    }
+
+    /// Tells of its pieces, and lays down the constants that are not the same in all.
+    fn finish(self, all: &mut Same, mut fresh: impl FnMut() -> Half) {
+        let code = self.members[0].number;
+        let Data { base, constants } = &mut all.data[code];
+        base.extend(self.first.halves.into_iter().zip(self.base));
+        let mut first = None;
+        for Member { number, mut moved, constants: values } in self.members {
+            let places: Vec<Half> = self.varied.iter().map(|_| fresh()).collect();
+            all.constants.extend(places.iter().zip(&self.varied).map(|(&half, &i)| (half, values[i])));
+            if let Some(&begin) = places.first() {
+                if number == code {
+                    base.extend(places.iter().map(|&half| (half, moved.len())));
+                    constants.extend(self.varied.iter().map(|&i| self.first.constants[i]).zip(places));
+                }
+                moved.push(i64::from(begin) - i64::from(*first.get_or_insert(begin)));
+            }
+            all.calls[number] = Call { code, moved };
+        }
     }
 }
 
