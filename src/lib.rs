@@ -38,6 +38,7 @@ pub mod interpolate;
 pub mod json;
 pub mod netlist;
 pub mod plot;
+mod random;
 pub mod scenario;
 mod simulator;
 mod svg;

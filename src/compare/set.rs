@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::Variant;
 use crate::interpolate::Request;
+use crate::random;
 
 /// A part of all segments, drawn by a seed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
@@ -155,17 +156,13 @@ impl Sample {
     }
 }
 
-/// SplitMix64.
+/// The numbers of a sample.
 struct Random(u64);
 
 impl Random {
     /// A number from 0 up to but without `n`.
     fn below(&mut self, n: i64) -> i64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        let z = z ^ (z >> 31);
-        ((u128::from(z) * u128::from(n.unsigned_abs())) >> 64) as i64
+        ((u128::from(random::next(&mut self.0)) * u128::from(n.unsigned_abs())) >> 64) as i64
     }
 }
 

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use std::{error, fmt};
 
 use crate::Value;
+use crate::random;
 use crate::value::Word;
 
 /// The values of one input, as they were asked for: `NET=A..B`, `NET=A..B..STEP` or `NET=A,B,C`.
@@ -304,14 +305,9 @@ impl Plan {
     }
 }
 
-/// A number from 0 to `most`, by SplitMix64.
+/// A number from 0 to `most`.
 fn below(state: &mut u64, most: u64) -> u64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^= z >> 31;
-    ((u128::from(z) * (u128::from(most) + 1)) >> 64) as u64
+    ((u128::from(random::next(state)) * (u128::from(most) + 1)) >> 64) as u64
 }
 
 #[cfg(test)]
