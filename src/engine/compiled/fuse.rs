@@ -428,13 +428,9 @@ impl Fuse<'_> {
         let mut observed: Map<u32, u32> = Map::default();
         let mut stores: Vec<Store> = Vec::new();
         let store = |node, half, observed: Option<u32>| Store {
-            node,
-            half,
             observed,
-            alarm: false,
             compared: observed.is_some(),
-            wakes: Vec::new(),
-            again: false,
+            ..Store::plain(node, half)
         };
         let mut traced: Vec<Traced> = Vec::new();
         for k in kept {

@@ -49,16 +49,7 @@ impl Period {
         let nodes = step.needed();
         let changes: Map<Half, ()> = step.stores.iter().map(|s| (s.0, ())).collect();
         let changing = places.iter().map(|p| changes.contains_key(&p.word)).collect();
-        let store = |&(half, node): &(Half, Id)| Store {
-            node,
-            half,
-            observed: None,
-            alarm: false,
-            compared: false,
-            wakes: Vec::new(),
-            again: false,
-        };
-        let stores = step.stores.iter().map(store).collect();
+        let stores = step.stores.iter().map(|&(half, node)| Store::plain(node, half)).collect();
         let chunk = Chunk { nodes, stores, puts: step.puts, aborts: step.aborts, ..Chunk::default() };
         let tick = Tick { chunk, graph: step.graph, record: Record::default() };
         let circle = codegen::compile_circle(&[&tick], piece, Shared::default(), &mut fresh).ok()?;

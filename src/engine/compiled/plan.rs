@@ -42,6 +42,14 @@ pub(super) struct Store {
     pub again: bool,
 }
 
+impl Store {
+    /// One of which nobody is told anything.
+    pub fn plain(node: Id, half: Half) -> Store {
+        let (observed, wakes) = (None, Vec::new());
+        Store { node, half, observed, alarm: false, compared: false, wakes, again: false }
+    }
+}
+
 /// Nodes that are computed together, in order, and what they store.
 #[derive(Default, Debug)]
 pub(super) struct Chunk {
@@ -205,7 +213,7 @@ pub(super) fn plan(
     for (node, wakes) in rest {
         let half = fresh();
         plan.place.insert(node, half);
-        let store = Store { node, half, observed: None, alarm: false, compared: true, wakes, again: false };
+        let store = Store { compared: true, wakes, ..Store::plain(node, half) };
         plan.chunks[chunk_of[node as usize] as usize].stores.push(store);
     }
     plan

@@ -20,7 +20,7 @@ use parts::parts;
 pub(super) use same::{Data, Same, same};
 
 const NONE: u32 = u32::MAX;
-/// By how much less than a piece may have that is worth a call of its own.
+/// What may be a piece of its own has at least this part of the nodes of a whole one: a call costs something.
 const APART: usize = 16;
 
 struct Split<'t> {
@@ -58,9 +58,7 @@ pub(super) fn split(tick: &Tick, limit: usize, mut fresh: impl FnMut() -> Half) 
         }
         let half = fresh();
         place.insert(node, half);
-        let (observed, alarm, compared, again) = (None, false, false, false);
-        let store = Store { node, half, observed, alarm, compared, wakes: Vec::new(), again };
-        pieces[piece[node as usize] as usize].stores.push(store);
+        pieces[piece[node as usize] as usize].stores.push(Store::plain(node, half));
     };
     for by in 0..pieces.len() as u32 {
         let nodes = std::mem::take(&mut pieces[by as usize].nodes);
@@ -71,8 +69,9 @@ pub(super) fn split(tick: &Tick, limit: usize, mut fresh: impl FnMut() -> Half) 
         pieces[by as usize].nodes.sort_unstable();
     }
     for &abort in aborts {
-        let at = Some(piece[abort as usize]).filter(|&at| at != NONE);
-        pieces[at.unwrap_or_default() as usize].aborts.push(abort);
+        // what is a leaf has no piece
+        let at = if piece[abort as usize] == NONE { 0 } else { piece[abort as usize] };
+        pieces[at as usize].aborts.push(abort);
     }
     for (store, &at) in stores.iter().zip(&store_at) {
         lay(store.node, at, &mut pieces);

@@ -79,23 +79,14 @@ fn part(recipe: &Recipe, number: usize, odd: bool, tick: &mut Tick) {
         nodes.push(g.mul(last, last));
     }
     let logic = &nodes[nodes.len() - recipe.nodes / 2..];
-    let plain = |node: Id, half: Half| Store {
-        node,
-        half,
-        observed: None,
-        alarm: false,
-        compared: false,
-        wakes: Vec::new(),
-        again: false,
-    };
-    chunk.stores.extend((0..STATE).map(|i| plain(logic[r.below(logic.len())], at(number) + i)));
+    chunk.stores.extend((0..STATE).map(|i| Store::plain(logic[r.below(logic.len())], at(number) + i)));
     let rare = |r: &mut Random, g: &mut Graph| {
         let (node, n) = (logic[r.below(logic.len())], g.constant(0x7f));
         let low = g.and(node, n);
         g.eq(low, n)
     };
     let alarm = rare(&mut r, g);
-    chunk.stores.push(Store { alarm: true, ..plain(alarm, at(number) + STATE) });
+    chunk.stores.push(Store { alarm: true, ..Store::plain(alarm, at(number) + STATE) });
     if recipe.puts {
         let index = index(g, logic[r.below(logic.len())]);
         let mut pick = || logic[r.below(logic.len())];
