@@ -51,20 +51,7 @@ impl<'n> Pair<'n> {
     }
 
     fn run_to(&mut self, until: u64, label: &dyn Fn() -> String) -> bool {
-        for tick in self.event.now()..=until {
-            loop {
-                let (a, b) = (to(&mut self.event, tick), to(&mut self.compiled, tick));
-                assert_eq!(sorted(a.clone()), sorted(b), "{}", label());
-                if a.is_err() {
-                    return false;
-                }
-                if self.event.now() == tick && self.compiled.now() == tick {
-                    break;
-                }
-            }
-            self.compare(label);
-        }
-        true
+        (self.event.now()..=until).all(|tick| self.run_far(tick, label))
     }
 
     /// Runs both to a tick without a look in between.
