@@ -71,74 +71,10 @@ mod tests {
         is_current("scenario.schema.json", &scenario_schema());
     }
 
-    /// The JSON blocks of a page of the documentation.
-    fn examples(page: &str) -> Vec<String> {
-        page.split("```json\n").skip(1).map(|part| part.split("```").next().unwrap().to_owned()).collect()
-    }
-
+    /// `tests/schema` shows that the schema refuses the same.
     #[test]
-    fn the_examples_of_the_documentation_fit() {
-        let circuit = jsonschema::draft202012::new(&circuit_schema()).unwrap();
-        let scenario = jsonschema::draft202012::new(&scenario_schema()).unwrap();
-        let format = examples(include_str!("../../docs/format.md"));
-        let scenarios = examples(include_str!("../../docs/scenarios.md"));
-        let inner = format!("{{ {} }}", scenarios[1]);
-        for (validator, text) in [(&circuit, &format[0]), (&scenario, &scenarios[0]), (&circuit, &inner)] {
-            let value = serde_json::from_str(text).unwrap();
-            let faults: Vec<String> = validator.iter_errors(&value).map(|e| e.to_string()).collect();
-            assert_eq!(faults, [""; 0], "{text}");
-        }
-    }
-
-    #[test]
-    fn the_shipped_files_fit_and_name_their_schema() {
-        let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
-        let mut folders = vec![root.join("circuits"), root.join("traces")];
-        let mut seen = 0;
-        while let Some(folder) = folders.pop() {
-            for entry in std::fs::read_dir(&folder).into_iter().flatten() {
-                let path = entry.unwrap().path();
-                if path.is_dir() {
-                    folders.push(path);
-                    continue;
-                }
-                let name = path.file_name().unwrap().to_string_lossy();
-                if !name.ends_with(".json") || name.ends_with(".schema.json") {
-                    continue;
-                }
-                let value: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
-                let schema = folder.join(value["$schema"].as_str().unwrap_or_default());
-                let schema = std::fs::read_to_string(&schema)
-                    .unwrap_or_else(|e| panic!("{}: its $schema, {}: {e}", path.display(), schema.display()));
-                let validator = jsonschema::draft202012::new(&serde_json::from_str(&schema).unwrap()).unwrap();
-                let faults: Vec<String> = validator.iter_errors(&value).map(|e| e.to_string()).collect();
-                assert_eq!(faults, [""; 0], "{}", path.display());
-                seen += 1;
-            }
-        }
-        assert!(seen > 0);
-    }
-
-    #[test]
-    fn what_the_reader_refuses_the_schema_refuses() {
-        let validator = jsonschema::draft202012::new(&circuit_schema()).unwrap();
-        for wrong in [
-            r#"{ "module": {} }"#,
-            r#"{ "doc": null }"#,
-            r#"{ "timescale": "2ns" }"#,
-            r#"{ "modules": { "1a": {} } }"#,
-            r#"{ "modules": { "a": { "ports": { "p": {} } } } }"#,
-            r#"{ "modules": { "a": { "ports": { "p": { "direction": "in" } } } } }"#,
-            r#"{ "modules": { "a": { "nets": { "n": [] } } } }"#,
-            r#"{ "modules": { "a": { "nets": { "n": { "wdith": 1 } } } } }"#,
-            r#"{ "modules": { "a": { "cells": { "c": {} } } } }"#,
-            r#"{ "modules": { "a": { "cells": { "c": { "type": "and", "connections": { "y": {} } } } } } }"#,
-            r#"{ "modules": { "a": { "blocks": { "b": { "repeat": { "i": 1, "j": 2 } } } } } }"#,
-            r#"{ "modules": { "a": { "blocks": { "b": { "repeat": { "i": [1] } } } } } }"#,
-            r#"{ "simulation": { "clocks": { "c": {} } } }"#,
-        ] {
-            let value: Value = serde_json::from_str(wrong).unwrap();
-            assert!(!validator.is_valid(&value), "{wrong}");
+    fn the_reader_refuses_what_the_schema_refuses() {
+        for wrong in include_str!("../../tests/schema/refused.txt").lines() {
             let mut sources = crate::diag::Sources::new();
             let mut diagnostics = crate::diag::Diagnostics::new();
             let file = sources.add("a.json", wrong.to_owned());

@@ -259,7 +259,7 @@ pub(super) fn emit(emit: &mut Emit<'_, '_>, record: &Record, log: Half) {
     emit.builder.ins().store(trusted(), shape, start, 0);
     emit.builder.ins().store(trusted(), time, start, 8);
     let head = changes::HEAD + record.fields.len().div_ceil(64);
-    let mut at = emit.builder.ins().iadd_imm(start, 8 * head as i64);
+    let mut at = emit.builder.ins().iadd_imm_s(start, 8 * head as i64);
     let mut any: Option<Value> = None;
     for (number, parts) in record.fields.chunks(64).enumerate() {
         let mut mask: Option<Value> = None;
@@ -268,13 +268,13 @@ pub(super) fn emit(emit: &mut Emit<'_, '_>, record: &Record, log: Half) {
             mask = Some(match mask {
                 None => bit,
                 Some(mask) => {
-                    let moved = emit.builder.ins().ishl_imm(mask, 1);
+                    let moved = emit.builder.ins().ishl_imm_u(mask, 1);
                     emit.builder.ins().iadd(moved, bit)
                 }
             });
         }
         let Some(mask) = mask else { continue };
-        let mask = emit.builder.ins().ishl_imm(mask, 64 - parts.len() as i64);
+        let mask = emit.builder.ins().ishl_imm_u(mask, 64 - parts.len() as i64);
         emit.builder.ins().store(trusted(), mask, start, 8 * (changes::HEAD + number) as i32);
         any = Some(any.map_or(mask, |any| emit.builder.ins().bor(any, mask)));
     }
@@ -308,11 +308,11 @@ fn changed(emit: &mut Emit<'_, '_>, part: &Part, at: &mut Value) -> Value {
             emit.builder.ins().store(trusted(), u, *at, 8);
             let (x, y) = (emit.builder.ins().bxor(old, v), emit.builder.ins().bxor(before, u));
             let either = emit.builder.ins().bor(x, y);
-            (emit.builder.ins().icmp_imm(IntCC::NotEqual, either, 0), 4)
+            (emit.builder.ins().icmp_imm_u(IntCC::NotEqual, either, 0), 4)
         }
     };
     let bit = emit.builder.ins().uextend(types::I64, differs);
-    let moved = emit.builder.ins().ishl_imm(bit, bytes);
+    let moved = emit.builder.ins().ishl_imm_u(bit, bytes);
     *at = emit.builder.ins().iadd(*at, moved);
     bit
 }

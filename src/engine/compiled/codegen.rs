@@ -84,7 +84,7 @@ impl Compiler {
         builder.seal_block(block);
         let arguments = builder.block_params(block).to_vec();
         body(&mut self.module, &mut builder, &arguments);
-        builder.finalize();
+        builder.finalize(self.module.target_config());
         self.module.define_function(id, &mut self.context).map_err(|e| format!("{e:?}"))?;
         self.module.clear_context(&mut self.context);
         Ok(id)
@@ -196,8 +196,8 @@ fn emit_circle(
     for ((number, tick), pieces) in (1..).zip(ticks).zip(made) {
         let leave = |builder: &mut FunctionBuilder<'_>, flags: Option<Value>, made: i64| {
             let Some(flags) = flags else { return };
-            let all = builder.ins().imul_imm(rounds, count);
-            let rest = builder.ins().iadd_imm(all, -made);
+            let all = builder.ins().imul_imm_u(rounds, count);
+            let rest = builder.ins().iadd_imm_s(all, -made);
             let on = builder.create_block();
             builder.ins().brif(flags, exit, &[rest.into()], on, &[]);
             builder.seal_block(on);
@@ -217,7 +217,7 @@ fn emit_circle(
         };
         leave(builder, news, number);
     }
-    let rest = builder.ins().iadd_imm(rounds, -1);
+    let rest = builder.ins().iadd_imm_s(rounds, -1);
     builder.ins().brif(rest, header, &[rest.into()], exit, &[rest.into()]);
     builder.seal_block(header);
     builder.seal_block(exit);
@@ -284,7 +284,7 @@ impl Pieces {
         let mut all: Option<Value> = None;
         for (at, (id, moved)) in self.calls.iter().enumerate() {
             let function = *functions.entry(*id).or_insert_with(|| module.declare_func_in_func(*id, builder.func));
-            let bases: Vec<Value> = moved.iter().map(|halves| builder.ins().iadd_imm(base, 8 * halves)).collect();
+            let bases: Vec<Value> = moved.iter().map(|halves| builder.ins().iadd_imm_s(base, 8 * halves)).collect();
             let call = builder.ins().call(function, &bases);
             let flags = builder.inst_results(call)[0];
             all = Some(all.map_or(flags, |all| builder.ins().bor(all, flags)));

@@ -1,7 +1,7 @@
 //! From operations to those of the code generator: a chunk as one straight line on values, given where the memory begins.
 
 use cranelift_codegen::ir::condcodes::IntCC;
-use cranelift_codegen::ir::{InstBuilder, MemFlags, Value, types};
+use cranelift_codegen::ir::{InstBuilder, MemFlagsData, Value, types};
 use cranelift_frontend::FunctionBuilder;
 
 use super::codegen::{Shared, dirty_bit};
@@ -43,8 +43,8 @@ struct Marks {
     changed: Map<u32, Value>,
 }
 
-pub(super) fn trusted() -> MemFlags {
-    MemFlags::trusted()
+pub(super) fn trusted() -> MemFlagsData {
+    MemFlagsData::trusted()
 }
 
 /// About how many registers it takes to have each node of a chunk: Sethi and Ullman's numbers, as if none was used twice.
@@ -280,11 +280,11 @@ impl<'a, 'b> Emit<'a, 'b> {
             Op::Rem(a, b) => self.two(a, b, |i, a, b| i.urem(a, b)),
             Op::Shl(a, n) => {
                 let a = self.value(a);
-                self.builder.ins().ishl_imm(a, i64::from(n))
+                self.builder.ins().ishl_imm_u(a, i64::from(n))
             }
             Op::Shr(a, n) => {
                 let a = self.value(a);
-                self.builder.ins().ushr_imm(a, i64::from(n))
+                self.builder.ins().ushr_imm_u(a, i64::from(n))
             }
             Op::Count(a) => {
                 let a = self.value(a);
@@ -319,12 +319,12 @@ impl<'a, 'b> Emit<'a, 'b> {
     fn element(&mut self, slot: u32, index: Id, size: u8) -> Value {
         let (begin, index) = (self.begin(2 * slot), self.value(index));
         if size == 3 {
-            let bytes = self.builder.ins().ishl_imm(index, 4);
+            let bytes = self.builder.ins().ishl_imm_u(index, 4);
             return self.builder.ins().iadd(begin, bytes);
         }
         // between 8 bytes of a plane there are 8 of the other
-        let bytes = self.builder.ins().ishl_imm(index, i64::from(size));
-        let whole = self.builder.ins().band_imm(bytes, !7);
+        let bytes = self.builder.ins().ishl_imm_u(index, i64::from(size));
+        let whole = self.builder.ins().band_imm_u(bytes, !7);
         let bytes = self.builder.ins().iadd(bytes, whole);
         self.builder.ins().iadd(begin, bytes)
     }
