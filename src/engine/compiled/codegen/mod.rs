@@ -1,0 +1,302 @@
+//! From chunks to machine code, through Cranelift. A chunk becomes a function of one straight line that is given where
+//! the memory begins.
+
+mod emit;
+pub(crate) mod machine;
+pub(crate) mod trace;
+
+use std::sync::OnceLock;
+
+use cranelift_codegen::Context;
+use cranelift_codegen::ir::{AbiParam, FuncRef, InstBuilder, Signature, Value, types};
+use cranelift_codegen::settings::{self, Configurable};
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
+use cranelift_jit::{JITBuilder, JITModule};
+use cranelift_module::{FuncId, Linkage, Module, default_libcall_names};
+
+use crate::engine::compiled::codegen::emit::{Emit, offset, trusted};
+use crate::engine::compiled::codegen::machine::{Circle, Machine};
+use crate::engine::compiled::ir::graph::{Graph, Map};
+use crate::engine::compiled::ir::plan::{Chunk, Plan};
+use crate::engine::compiled::ir::stores::Half;
+use crate::engine::compiled::passes::edge::Tick;
+use crate::engine::compiled::passes::outline::{Same, same};
+use crate::engine::compiled::passes::split::split;
+
+/// Where the generated code finds what it shares with the engine, in halves of slots.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Shared {
+    /// Set to what is unknown of state that is taken to be known.
+    pub alarm: Half,
+    /// A bit for each observed net.
+    pub changed: Half,
+    /// A bit for each settling chunk, from a new half on one for each other chunk.
+    pub dirty: Half,
+    /// Where ticks write down what has changed: see `changes`.
+    pub log: Half,
+}
+
+/// The half and the bit that wake a chunk.
+pub(crate) fn dirty_bit(settling: usize, chunk: u32) -> (u32, u64) {
+    let chunk = chunk as usize;
+    let (word, bit) = if chunk < settling {
+        (chunk / 64, chunk % 64)
+    } else {
+        (settling.div_ceil(64) + (chunk - settling) / 64, (chunk - settling) % 64)
+    };
+    (word as u32, 1 << bit)
+}
+
+/// Makes functions of 64-bit integers.
+struct Compiler {
+    module: JITModule,
+    context: Context,
+    builders: FunctionBuilderContext,
+}
+
+impl Compiler {
+    fn new() -> Result<Compiler, String> {
+        let mut flags = settings::builder();
+        let mut set = |name: &str, value: &str| flags.set(name, value).map_err(|e| e.to_string());
+        // the graph is optimised already, and what is emitted is in an order that suits registers
+        set("opt_level", "none")?;
+        set("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" })?;
+        set("is_pic", "false")?;
+        set("use_colocated_libcalls", "false")?;
+        set("unwind_info", "false")?;
+        let isa = cranelift_native::builder()?.finish(settings::Flags::new(flags)).map_err(|e| e.to_string())?;
+        let module = JITModule::new(JITBuilder::with_isa(isa, default_libcall_names()));
+        Ok(Compiler { context: module.make_context(), builders: FunctionBuilderContext::new(), module })
+    }
+
+    /// Makes a function of what `body` emits into a block that has its arguments as parameters.
+    fn define(
+        &mut self,
+        name: &str,
+        arguments: usize,
+        results: usize,
+        body: impl FnOnce(&mut JITModule, &mut FunctionBuilder<'_>, &[Value]),
+    ) -> Result<FuncId, String> {
+        let mut signature = Signature::new(self.module.target_config().default_call_conv);
+        signature.params.resize(arguments, AbiParam::new(types::I64));
+        signature.returns.resize(results, AbiParam::new(types::I64));
+        let id = self.module.declare_function(name, Linkage::Local, &signature).map_err(|e| e.to_string())?;
+        self.context.func.signature = signature;
+        let mut builder = FunctionBuilder::new(&mut self.context.func, &mut self.builders);
+        let block = builder.create_block();
+        builder.append_block_params_for_function_params(block);
+        builder.switch_to_block(block);
+        builder.seal_block(block);
+        let arguments = builder.block_params(block).to_vec();
+        body(&mut self.module, &mut builder, &arguments);
+        builder.finalize(self.module.target_config());
+        self.module.define_function(id, &mut self.context).map_err(|e| format!("{e:?}"))?;
+        self.module.clear_context(&mut self.context);
+        Ok(id)
+    }
+
+    /// The code, and where functions lie in it.
+    fn finish(mut self, ids: &[FuncId]) -> Result<(JITModule, Vec<*const u8>), String> {
+        self.module.finalize_definitions().map_err(|e| e.to_string())?;
+        let functions = ids.iter().map(|&id| self.module.get_finalized_function(id)).collect();
+        Ok((self.module, functions))
+    }
+}
+
+/// Whether code can be made on this machine at all, found out once: systems may forbid memory that is executed.
+pub(crate) fn available() -> Result<(), String> {
+    static AVAILABLE: OnceLock<Result<(), String>> = OnceLock::new();
+    let attempt = || {
+        let mut compiler = Compiler::new()?;
+        if compiler.module.target_config().pointer_type() != types::I64 {
+            return Err("the machine does not have 64-bit addresses".into());
+        }
+        let nothing = compiler.define("nothing", 0, 0, |_, builder, _| _ = builder.ins().return_(&[]))?;
+        let (module, functions) = compiler.finish(&[nothing])?;
+        drop(Machine::new(module, functions));
+        Ok(())
+    };
+    AVAILABLE.get_or_init(attempt).clone().map_err(|why| format!("machine code cannot be made here: {why}"))
+}
+
+/// Compiles the chunks of a plan.
+pub(crate) fn compile(graph: &Graph, plan: &Plan, shared: Shared) -> Result<Machine, String> {
+    let mut compiler = Compiler::new()?;
+    let mut ids = Vec::new();
+    for (number, chunk) in plan.chunks.iter().enumerate() {
+        let id = compiler.define(&format!("chunk{number}"), 1, 0, |_, builder, arguments| {
+            let mut emit = Emit::new(graph, plan, builder, arguments[0], chunk);
+            emit.stores(number as u32, chunk, shared);
+            builder.ins().return_(&[]);
+        })?;
+        ids.push(id);
+    }
+    let (module, functions) = compiler.finish(&ids)?;
+    Ok(Machine::new(module, functions))
+}
+
+/// Nodes up to which a tick that writes down what it changes can be compiled: it is one function.
+const TRACED: usize = 20_000;
+
+/// Nodes up to which a tick in pieces can be compiled, those of pieces that are alike counted once.
+const OWN: usize = 100_000;
+
+/// Whether a tick is too long to be one function, where pieces are of about `piece` nodes.
+pub(crate) fn is_long(tick: &Chunk, piece: usize) -> bool {
+    // what is made for a long run may take longer to make
+    let most = if tick.aborts.is_empty() { 2 } else { 8 };
+    tick.nodes.len() > most * piece
+}
+
+/// Compiles ticks that follow each other in a circle. The code leaves it where an observed net has changed, or state that
+/// was taken to be known is not. A tick of more than some pieces of `piece` nodes is made of several functions: the time
+/// that one takes to be made grows faster than it does. `fresh` gives places in memory.
+pub(crate) fn compile_circle(
+    ticks: &[&Tick],
+    piece: usize,
+    shared: Shared,
+    mut fresh: impl FnMut() -> Half,
+) -> Result<Circle, String> {
+    let mut compiler = Compiler::new()?;
+    let mut made = Vec::new();
+    for (number, tick) in ticks.iter().enumerate() {
+        // what it writes down it does before it stores anything
+        let whole = shared.log != 0;
+        if whole && tick.chunk.nodes.len() > TRACED {
+            return Err("it is too long".into());
+        }
+        made.push(match !whole && is_long(&tick.chunk, piece) {
+            true => Some(Pieces::compile(&mut compiler, tick, number, piece, shared, &mut fresh)?),
+            false => None,
+        });
+    }
+    let circle = compiler.define("circle", 2, 1, |module, builder, arguments| {
+        emit_circle(module, builder, ticks, &made, shared, arguments[0], arguments[1]);
+    })?;
+    let (module, functions) = compiler.finish(&[circle])?;
+    Ok(Circle::new(module, functions[0], ticks.len() as u64))
+}
+
+/// The circle of some ticks, those of pieces among them, round at most `most` times; returns how many ticks are left.
+fn emit_circle(
+    module: &mut JITModule,
+    builder: &mut FunctionBuilder<'_>,
+    ticks: &[&Tick],
+    made: &[Option<Pieces>],
+    shared: Shared,
+    base: Value,
+    most: Value,
+) {
+    let (header, exit) = (builder.create_block(), builder.create_block());
+    let rounds = builder.append_block_param(header, types::I64);
+    let left = builder.append_block_param(exit, types::I64);
+    for &(half, n) in made.iter().flatten().flat_map(|pieces| &pieces.constants) {
+        let n = builder.ins().iconst(types::I64, n as i64);
+        builder.ins().store(trusted(), n, base, offset(half));
+    }
+    builder.ins().jump(header, &[most.into()]);
+    builder.switch_to_block(header);
+    let plan = Plan::default();
+    let count = ticks.len() as i64;
+    for ((number, tick), pieces) in (1..).zip(ticks).zip(made) {
+        let leave = |builder: &mut FunctionBuilder<'_>, flags: Option<Value>, made: i64| {
+            let Some(flags) = flags else { return };
+            let all = builder.ins().imul_imm_u(rounds, count);
+            let rest = builder.ins().iadd_imm_s(all, -made);
+            let on = builder.create_block();
+            builder.ins().brif(flags, exit, &[rest.into()], on, &[]);
+            builder.seal_block(on);
+            builder.switch_to_block(on);
+        };
+        let news = if let Some(pieces) = pieces {
+            pieces.emit(module, builder, base, |builder, flags| leave(builder, flags, number - 1))
+        } else {
+            let mut emit = Emit::new(&tick.graph, &plan, builder, base, &tick.chunk);
+            let aborts = emit.aborts(&tick.chunk);
+            leave(emit.builder, aborts, number - 1);
+            if shared.log != 0 {
+                emit.all(&tick.chunk);
+            }
+            trace::emit(&mut emit, &tick.record, shared.log);
+            emit.stores(0, &tick.chunk, shared)
+        };
+        leave(builder, news, number);
+    }
+    let rest = builder.ins().iadd_imm_s(rounds, -1);
+    builder.ins().brif(rest, header, &[rest.into()], exit, &[rest.into()]);
+    builder.seal_block(header);
+    builder.seal_block(exit);
+    builder.switch_to_block(exit);
+    builder.ins().return_(&[left]);
+}
+
+/// A tick as several functions. Each is given where the memory begins, for each of its bases, and returns what is not 0
+/// where the circle is to be left.
+struct Pieces {
+    /// The function of each piece, and by how many halves its bases are moved.
+    calls: Vec<(FuncId, Vec<i64>)>,
+    /// The last piece after which the tick may be left as if it had not begun.
+    gate: Option<usize>,
+    /// What the functions want in memory.
+    constants: Vec<(Half, u64)>,
+}
+
+impl Pieces {
+    fn compile(
+        compiler: &mut Compiler,
+        tick: &Tick,
+        number: usize,
+        piece: usize,
+        shared: Shared,
+        mut fresh: impl FnMut() -> Half,
+    ) -> Result<Pieces, String> {
+        let plan = split(tick, piece, &mut fresh);
+        let Same { calls, data, constants } = same(&tick.graph, &plan, fresh);
+        let own = (0..).zip(&calls).zip(&plan.chunks).filter(|((at, call), _)| call.code == *at);
+        if own.map(|(_, chunk)| chunk.nodes.len()).sum::<usize>() > OWN {
+            return Err("it is too long".into());
+        }
+        let mut made: Vec<(FuncId, Vec<i64>)> = Vec::new();
+        for (at, (call, chunk)) in calls.into_iter().zip(&plan.chunks).enumerate() {
+            let id = if call.code < at {
+                made[call.code].0
+            } else {
+                let name = format!("tick{number}_{at}");
+                compiler.define(&name, call.moved.len(), 1, |_, builder, bases| {
+                    let mut emit = Emit::new(&tick.graph, &plan, builder, bases[0], chunk).on(&data[at], bases);
+                    // one with aborts stores nothing but what it leaves for later pieces
+                    let aborts = emit.aborts(chunk);
+                    let news = emit.stores(0, chunk, shared).or(aborts);
+                    let news = news.unwrap_or_else(|| builder.ins().iconst(types::I64, 0));
+                    builder.ins().return_(&[news]);
+                })?
+            };
+            made.push((id, call.moved));
+        }
+        let gate = plan.chunks.iter().rposition(|chunk| !chunk.aborts.is_empty());
+        Ok(Pieces { calls: made, gate, constants })
+    }
+
+    /// Emits the calls of the pieces, and what is to be done after the last that may have the tick left.
+    fn emit(
+        &self,
+        module: &mut JITModule,
+        builder: &mut FunctionBuilder<'_>,
+        base: Value,
+        leave: impl Fn(&mut FunctionBuilder<'_>, Option<Value>),
+    ) -> Option<Value> {
+        let mut functions: Map<FuncId, FuncRef> = Map::default();
+        let mut all: Option<Value> = None;
+        for (at, (id, moved)) in self.calls.iter().enumerate() {
+            let function = *functions.entry(*id).or_insert_with(|| module.declare_func_in_func(*id, builder.func));
+            let bases: Vec<Value> = moved.iter().map(|halves| builder.ins().iadd_imm_s(base, 8 * halves)).collect();
+            let call = builder.ins().call(function, &bases);
+            let flags = builder.inst_results(call)[0];
+            all = Some(all.map_or(flags, |all| builder.ins().bor(all, flags)));
+            if self.gate == Some(at) {
+                leave(builder, all.take());
+            }
+        }
+        all
+    }
+}

@@ -1,0 +1,11 @@
+//! The intermediate representation: a graph of operations on machine words, what is stored of it, and what is known about
+//! it. It knows no netlist and no machine code.
+
+pub(crate) mod facts;
+pub(crate) mod graph;
+#[cfg(test)]
+pub(crate) mod interpreter;
+pub(crate) mod plan;
+pub(crate) mod record;
+pub(crate) mod simplify;
+pub(crate) mod stores;

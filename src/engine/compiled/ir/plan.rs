@@ -1,0 +1,48 @@
+//! Nodes divided into chunks, each computed as one, and what is known of what they leave in memory.
+
+use super::graph::{Id, Map};
+use super::stores::{Half, Put, Store};
+
+/// Something wanted in memory.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Root {
+    pub node: Id,
+    pub half: Half,
+    /// The bit that a change sets, for a net that is observed.
+    pub observed: Option<u32>,
+    /// Whether it is the unknown plane of state that this form takes to be known.
+    pub alarm: bool,
+    /// Whether later chunks may take it from there.
+    pub shared: bool,
+    /// The loop that it is of: nothing that comes after it is in its chunk.
+    pub group: Option<u32>,
+    /// Whether its chunk is to run again while it is not 0.
+    pub again: bool,
+}
+
+/// Nodes that are computed together, in order, and what they store.
+#[derive(Default, Debug)]
+pub(crate) struct Chunk {
+    pub nodes: Vec<Id>,
+    pub stores: Vec<Store>,
+    /// The loop that is stepped in it.
+    pub group: Option<u32>,
+    /// Nodes that are 0 where it may be run.
+    pub aborts: Vec<Id>,
+    /// What it writes into memories, in order.
+    pub puts: Vec<Put>,
+}
+
+/// Chunks in order, each after those that it reads.
+#[derive(Default, Debug)]
+pub(crate) struct Plan {
+    pub chunks: Vec<Chunk>,
+    /// How many of the chunks are needed for a circuit to be settled; the others only before an edge.
+    pub settling: usize,
+    /// Where nodes lie that one chunk computes and another uses.
+    pub place: Map<Id, Half>,
+    /// The chunks that read each slot of state.
+    pub readers: Map<u32, Vec<u32>>,
+    /// Roots that are constant.
+    pub constants: Vec<(Root, u64)>,
+}

@@ -1,0 +1,49 @@
+//! What is written to memory: values of nodes into halves of slots, and into elements of what memories hold.
+
+use super::graph::Id;
+
+/// Half a slot of memory: `2 * slot` is its value plane, `2 * slot + 1` its unknown plane.
+pub(crate) type Half = u32;
+
+/// What a chunk stores.
+#[derive(Clone, Debug)]
+pub(crate) struct Store {
+    pub node: Id,
+    pub half: Half,
+    pub observed: Option<u32>,
+    pub alarm: bool,
+    /// Whether a change has to be found out.
+    pub compared: bool,
+    /// Chunks that a change wakes.
+    pub wakes: Vec<u32>,
+    /// Wakes its chunk again while it is not 0.
+    pub again: bool,
+}
+
+impl Store {
+    /// One of which nobody is told anything.
+    pub fn plain(node: Id, half: Half) -> Store {
+        let (observed, wakes) = (None, Vec::new());
+        Store { node, half, observed, alarm: false, compared: false, wakes, again: false }
+    }
+}
+
+/// What one port writes into one element; only the bits of `mask` count.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub(crate) struct Put {
+    /// Where the contents begin.
+    pub slot: u32,
+    pub size: u8,
+    /// Below the number of elements, whatever is written.
+    pub index: Id,
+    pub mask: Id,
+    pub v: Id,
+    pub u: Id,
+}
+
+impl Put {
+    /// What it takes.
+    pub fn nodes(&self) -> [Id; 4] {
+        [self.index, self.mask, self.v, self.u]
+    }
+}

@@ -1,0 +1,98 @@
+//! What of a tick has nothing to do with the rest: parts of a circuit that read each other's state at most.
+
+use crate::engine::compiled::ir::graph::{Id, Map, Op};
+use crate::engine::compiled::passes::edge::Tick;
+
+/// How many parts of one size are worth having apart.
+const LIKE: usize = 4;
+
+/// What is wanted of a part of a tick that has no node in common with the others.
+#[derive(Default)]
+pub(crate) struct Part {
+    nodes: usize,
+    /// What it stores, writes and is left for, by their numbers in the tick.
+    pub stores: Vec<usize>,
+    pub puts: Vec<usize>,
+    pub aborts: Vec<usize>,
+}
+
+/// The parts of a tick: the first is all that is not apart, then come those of at least some nodes of which there are
+/// several of one size.
+pub(crate) fn parts(tick: &Tick, least: usize) -> Vec<Part> {
+    let Tick { graph, chunk, .. } = tick;
+    let mut of = Joined { next: (0..graph.len() as Id).collect() };
+    // what reads and writes a memory belongs together
+    let mut memories: Map<u32, Id> = Map::default();
+    let inner = |node: &Id| !graph.op(*node).is_leaf();
+    for &node in &chunk.nodes {
+        graph.op(node).operands().filter(inner).for_each(|o| of.join(node, o));
+        if let Op::Element { slot, .. } = graph.op(node) {
+            of.join(node, *memories.entry(slot).or_insert(node));
+        }
+    }
+    for put in &chunk.puts {
+        for node in put.nodes().into_iter().filter(inner) {
+            of.join(node, *memories.entry(put.slot).or_insert(node));
+        }
+    }
+    let mut all = vec![Part::default()];
+    let mut numbers: Map<Id, usize> = Map::default();
+    let mut part = |all: &mut Vec<Part>, node: Option<Id>| {
+        let Some(node) = node else { return 0 };
+        *numbers.entry(of.first(node)).or_insert_with(|| {
+            all.push(Part::default());
+            all.len() - 1
+        })
+    };
+    for (i, store) in chunk.stores.iter().enumerate() {
+        let at = part(&mut all, Some(store.node).filter(inner));
+        all[at].stores.push(i);
+    }
+    for (i, put) in chunk.puts.iter().enumerate() {
+        let at = part(&mut all, put.nodes().into_iter().find(inner).or(memories.get(&put.slot).copied()));
+        all[at].puts.push(i);
+    }
+    for (i, &abort) in chunk.aborts.iter().enumerate() {
+        let at = part(&mut all, Some(abort).filter(inner));
+        all[at].aborts.push(i);
+    }
+    for &node in &chunk.nodes {
+        let at = part(&mut all, Some(node));
+        all[at].nodes += 1;
+    }
+    let size = |part: &Part| (part.nodes, part.stores.len(), part.puts.len(), part.aborts.len());
+    let mut alike: Map<_, usize> = Map::default();
+    all[1..].iter().for_each(|part| *alike.entry(size(part)).or_default() += 1);
+    let apart = |part: &Part| part.nodes >= least && alike[&size(part)] >= LIKE;
+    let (apart, rest): (Vec<Part>, Vec<Part>) = all.split_off(1).into_iter().partition(apart);
+    let first = &mut all[0];
+    for part in rest {
+        first.stores.extend(part.stores);
+        first.puts.extend(part.puts);
+        first.aborts.extend(part.aborts);
+    }
+    [&mut first.stores, &mut first.puts, &mut first.aborts].into_iter().for_each(|list| list.sort_unstable());
+    all.extend(apart);
+    all
+}
+
+/// Sets of nodes.
+struct Joined {
+    next: Vec<Id>,
+}
+
+impl Joined {
+    /// The first of the nodes that one is joined with.
+    fn first(&mut self, mut node: Id) -> Id {
+        while self.next[node as usize] != node {
+            self.next[node as usize] = self.next[self.next[node as usize] as usize];
+            node = self.next[node as usize];
+        }
+        node
+    }
+
+    fn join(&mut self, a: Id, b: Id) {
+        let (a, b) = (self.first(a), self.first(b));
+        self.next[a.max(b) as usize] = a.min(b);
+    }
+}

@@ -1,0 +1,163 @@
+//! A whole period of a clock on packed state: the two ticks of a circle as one step, with the state in words of its own
+//! while it goes round.
+//!
+//! It is left before the period in which an observed net would change or state would become what the form does not allow:
+//! the ticks do that one.
+
+use crate::engine::compiled::codegen::machine::Circle;
+use crate::engine::compiled::codegen::{self, Shared};
+use crate::engine::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::engine::compiled::ir::plan::Chunk;
+use crate::engine::compiled::ir::record::Record;
+use crate::engine::compiled::ir::stores::Put;
+use crate::engine::compiled::ir::stores::{Half, Store};
+use crate::engine::compiled::passes::edge::Tick;
+use crate::engine::compiled::passes::word_recovery::{LEAST, Packed, Place, Step, TRIALS, pack};
+use crate::value::Word;
+
+/// A period in machine code.
+#[derive(Debug)]
+pub(crate) struct Period {
+    circle: Circle,
+    places: Vec<Place>,
+    /// Whether each of the places changes.
+    changing: Vec<bool>,
+    /// Periods to sit out after it was left at once, and how many of these are to come.
+    patience: u32,
+    waiting: u32,
+}
+
+/// Periods up to which going in and out costs more than it gains.
+pub(crate) const SHORT: u64 = 32;
+
+impl Period {
+    /// Makes a period of its ticks. `groups` are the lanes that single bits of state get.
+    pub fn new(ticks: &[&Tick], groups: &[Vec<(u8, Half)>], piece: usize, end: &mut u32) -> Option<Period> {
+        let mut step = compose(ticks)?;
+        let plain = step.cost();
+        let mut next = 2 * *end;
+        let mut fresh = || {
+            next += 1;
+            next - 1
+        };
+        let Packed { step, places, .. } = pack(&mut step, groups, LEAST, TRIALS, &mut fresh)?;
+        // What does not lie in words is better left as it is. Long ticks come in pieces, which share code where they are
+        // alike; a period, which is left before anything is stored, does so less well.
+        let least = if ticks.iter().any(|tick| codegen::is_long(&tick.chunk, piece)) { plain / 8 } else { 0 };
+        if step.cost() + least >= plain {
+            return None;
+        }
+        let nodes = step.needed();
+        let changes: Map<Half, ()> = step.stores.iter().map(|s| (s.0, ())).collect();
+        let changing = places.iter().map(|p| changes.contains_key(&p.word)).collect();
+        let stores = step.stores.iter().map(|&(half, node)| Store::plain(node, half)).collect();
+        let chunk = Chunk { nodes, stores, puts: step.puts, aborts: step.aborts, ..Chunk::default() };
+        let tick = Tick { chunk, graph: step.graph, record: Record::default() };
+        let circle = codegen::compile_circle(&[&tick], piece, Shared::default(), &mut fresh).ok()?;
+        *end = next.div_ceil(2);
+        Some(Period { circle, places, changing, patience: 1, waiting: 0 })
+    }
+
+    /// Goes round up to `rounds` times; how many times it did.
+    pub fn run(&mut self, memory: &mut [Word], rounds: u64) -> u64 {
+        if self.waiting > 0 {
+            self.waiting -= 1;
+            return 0;
+        }
+        for Place { word, lanes } in &self.places {
+            *half(memory, *word) = lanes.iter().fold(0, |all, &(lane, h)| all | (*half(memory, h) & 1) << lane);
+        }
+        let done = self.circle.run(memory, rounds);
+        for (Place { word, lanes }, _) in self.places.iter().zip(&self.changing).filter(|p| *p.1) {
+            let value = *half(memory, *word);
+            lanes.iter().for_each(|&(lane, h)| *half(memory, h) = value >> lane & 1);
+        }
+        if done < SHORT {
+            self.patience = (self.patience * 2).min(1 << 12);
+            self.waiting = self.patience;
+        } else {
+            self.patience = 1;
+        }
+        done
+    }
+}
+
+/// Ticks one after another as one step of what they read and leave.
+fn compose(ticks: &[&Tick]) -> Option<Step> {
+    let mut out = Graph::factoring();
+    let mut now: Map<Half, Id> = Map::default();
+    let mut order: Vec<Half> = Vec::new();
+    let mut aborts: Vec<Id> = Vec::new();
+    let mut puts: Vec<Put> = Vec::new();
+    for tick in ticks {
+        let g = &tick.graph;
+        // what one has written into memories the next would have to see
+        let reads = tick.chunk.nodes.iter().any(|&n| matches!(g.op(n), Op::Element { .. }));
+        if !puts.is_empty() && (reads || !tick.chunk.puts.is_empty()) {
+            return None;
+        }
+        let mut map: Map<Id, Id> = Map::default();
+        let at = |out: &mut Graph, node: Id, map: &Map<Id, Id>| match g.op(node) {
+            Op::Const(n) => out.constant(n),
+            Op::Load(half) => match now.get(&half) {
+                Some(&node) => node,
+                None => out.load(half, g.may(node)),
+            },
+            _ => map[&node],
+        };
+        for &node in &tick.chunk.nodes {
+            let operands: Vec<(Id, Id)> = g.op(node).operands().map(|o| (o, at(&mut out, o, &map))).collect();
+            let made = out
+                .rebuild(g.op(node), g.may(node), |o| operands.iter().find(|p| p.0 == o).expect("it is an operand").1);
+            map.insert(node, made);
+        }
+        let mut abort = |out: &Graph, node: Id| {
+            if !out.is(node, 0) && !aborts.contains(&node) {
+                aborts.push(node);
+            }
+        };
+        for &node in &tick.chunk.aborts {
+            let node = at(&mut out, node, &map);
+            abort(&out, node);
+        }
+        for put in &tick.chunk.puts {
+            let [index, mask, v, u] = [put.index, put.mask, put.v, put.u].map(|node| at(&mut out, node, &map));
+            puts.push(Put { index, mask, v, u, ..*put });
+        }
+        let mut made = Vec::new();
+        for store in &tick.chunk.stores {
+            if store.alarm {
+                let node = at(&mut out, store.node, &map);
+                abort(&out, node);
+            }
+            made.push((store.half, at(&mut out, store.node, &map), store.compared));
+        }
+        let mut compared = Vec::new();
+        for (half, node, observed) in made {
+            if observed {
+                let old = match now.get(&half) {
+                    Some(&node) => node,
+                    None => out.load(half, u64::MAX),
+                };
+                compared.push((half, old, node));
+            }
+            if now.insert(half, node).is_none() {
+                order.push(half);
+            }
+        }
+        for (_, old, node) in compared {
+            let differs = out.xor(old, node);
+            if !out.is(differs, 0) && !aborts.contains(&differs) {
+                aborts.push(differs);
+            }
+        }
+    }
+    let stores = order.into_iter().map(|half| (half, now[&half]));
+    let stores = stores.filter(|&(half, node)| out.op(node) != Op::Load(half)).collect();
+    Some(Step { graph: out, stores, puts, aborts })
+}
+
+fn half(memory: &mut [Word], half: Half) -> &mut u64 {
+    let word = &mut memory[half as usize / 2];
+    if half.is_multiple_of(2) { &mut word.v } else { &mut word.u }
+}

@@ -1,0 +1,503 @@
+//! A tick as one piece of straight code: what a change of one input does, from the settled state before to the settled
+//! state after, with the cells that it clocks.
+//!
+//! The waves are run on nodes in place of values. What the input is before and after is known here, so clock pins that
+//! follow it are edges or are none, and what does not change need not be computed. It works where the rounds of edges
+//! come to an end by the wiring alone. Where state that is taken to be known would become unknown, or a loop does not
+//! settle, the tick is left before it stores anything.
+
+use crate::cell::CellKind;
+use crate::engine::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::engine::compiled::ir::plan::Chunk;
+use crate::engine::compiled::ir::record::{Record, Traced};
+use crate::engine::compiled::ir::stores::Put;
+use crate::engine::compiled::ir::stores::Store;
+use crate::engine::compiled::lower::Lowered;
+use crate::engine::compiled::lower::four::{Bits, Two};
+use crate::engine::compiled::lower::layout::Kept;
+use crate::engine::compiled::lower::layout::{Bit, Part, Wiring};
+use crate::engine::compiled::lower::memory::{self, Controls, Element, Read, Written};
+use crate::netlist::Netlist;
+
+/// Rounds of edges that are followed.
+const ROUNDS: usize = 8;
+/// Nodes above which a tick is not worth being one piece.
+const LIMIT: usize = 400_000;
+const NONE: Id = Id::MAX;
+
+/// A tick: a graph, and the one chunk of it.
+#[derive(Debug)]
+pub(crate) struct Tick {
+    pub graph: Graph,
+    pub chunk: Chunk,
+    /// What it writes down.
+    pub record: Record,
+}
+
+/// What a tick is made from.
+pub(crate) struct Source<'s> {
+    pub netlist: &'s Netlist,
+    pub lowered: &'s Lowered,
+    pub wiring: &'s Wiring,
+    /// The nets that are kept.
+    pub kept: &'s [Kept],
+    /// Whether a slot of state may be unknown in the form.
+    pub allows: &'s dyn Fn(u32) -> bool,
+    /// The slot of the input, and what it becomes.
+    pub input: u32,
+    pub level: bool,
+}
+
+struct Fuse<'s> {
+    s: &'s Source<'s>,
+    out: Graph,
+    /// State that is not what memory has: its settled value.
+    state: Map<u32, Two>,
+    /// What has been written into memories.
+    puts: Vec<Put>,
+    /// Unknown planes of new state that is taken to be known, and whether anything has read it.
+    alarms: Map<u32, (Id, bool)>,
+    /// For each node of the form its node here, in the present round.
+    memo: Vec<Id>,
+    /// Nodes that may have changed in the present round.
+    affected: Vec<bool>,
+    /// Nodes that are to be 0.
+    aborts: Vec<Id>,
+}
+
+/// The tick that `source` asks for, if it can be one piece.
+pub(crate) fn fuse(source: &Source<'_>) -> Option<Tick> {
+    let n = source.lowered.graph.len();
+    let mut f = Fuse {
+        s: source,
+        out: Graph::default(),
+        state: Map::default(),
+        puts: Vec::new(),
+        alarms: Map::default(),
+        memo: vec![NONE; n],
+        affected: vec![false; n],
+        aborts: Vec::new(),
+    };
+    f.run()
+}
+
+/// Half an element of contents after what has been written.
+fn fetch_after(g: &mut Graph, puts: &[Put], e: Element, index: Id) -> Id {
+    let before = memory::fetch(g, e, index);
+    puts.iter().fold(before, |before, put| memory::after(g, put, e, index, before))
+}
+
+impl Fuse<'_> {
+    fn run(&mut self) -> Option<Tick> {
+        let Source { lowered, wiring, input, level, .. } = *self.s;
+        let mut ever = vec![false; lowered.graph.len()];
+        // before anything has changed
+        let before = self.constant(!level);
+        self.state.insert(input, before);
+        let mut pins = self.pin_values();
+        let after = self.constant(level);
+        self.state.insert(input, after);
+        let mut changed = vec![input];
+        for _ in 0..ROUNDS {
+            self.spread(&changed);
+            ever.iter_mut().zip(&self.affected).for_each(|(e, a)| *e |= a);
+            self.forget();
+            self.settle(&ever);
+            let mut touched: Vec<usize> =
+                (0..wiring.pins.len()).filter(|&i| self.touches(wiring.pins[i].bit)).collect();
+            // controls at which cells sample when they become unknown only are to be known
+            touched.retain(|&i| {
+                let pin = &wiring.pins[i];
+                let clocks = !(pin.rising.is_empty() && pin.falling.is_empty());
+                if !clocks {
+                    self.pin(pin.bit);
+                }
+                clocks
+            });
+            if touched.is_empty() {
+                return self.finish(&ever);
+            }
+            let mut takes: Map<u32, Id> = Map::default();
+            for i in touched {
+                let pin = &wiring.pins[i];
+                let new = self.pin(pin.bit);
+                let old = std::mem::replace(&mut pins[i], new);
+                let (rises, falls) = (self.out.and_not(new, old), self.out.and_not(old, new));
+                for (edge, list) in [(rises, &pin.rising), (falls, &pin.falling)] {
+                    if self.out.is(edge, 0) {
+                        continue;
+                    }
+                    for &store in list {
+                        let none = self.out.constant(0);
+                        let already = takes.get(&store).copied().unwrap_or(none);
+                        takes.insert(store, self.out.or(already, edge));
+                    }
+                }
+            }
+            let mut takes: Vec<(u32, Id)> = takes.into_iter().collect();
+            takes.sort_unstable();
+            changed.clear();
+            let mut taken = Vec::new();
+            let written = self.written(&takes);
+            for (store, when) in takes {
+                let stored = wiring.stored[store as usize];
+                let next = match stored.part {
+                    Part::Whole => self.map_all(&lowered.next[store as usize].value),
+                    Part::Read(port) => self.port_reads(store, port, &written),
+                    Part::Write(_) => continue,
+                };
+                for (slot, new) in (stored.slot..).zip(next) {
+                    let old = self.held(slot);
+                    let new = Two { v: self.out.select(when, new.v, old.v), u: self.out.select(when, new.u, old.u) };
+                    let new = self.known(slot, new);
+                    if new != old {
+                        taken.push((slot, new));
+                    }
+                }
+            }
+            let puts = self.port_writes(&written);
+            if taken.is_empty() && puts.is_empty() {
+                return self.finish(&ever);
+            }
+            for (slot, new) in taken {
+                self.state.insert(slot, new);
+                changed.push(slot);
+            }
+            for put in puts {
+                changed.push(put.slot);
+                self.puts.push(put);
+            }
+        }
+        None
+    }
+
+    fn map_all(&mut self, list: &[Two]) -> Bits {
+        list.iter().map(|two| Two { v: self.map(two.v), u: self.map(two.u) }).collect()
+    }
+
+    /// What the write ports among those that take something write, with the numbers of their memories.
+    fn written(&mut self, takes: &[(u32, Id)]) -> Vec<(usize, Written)> {
+        let Source { lowered, wiring, .. } = *self.s;
+        let mut list = Vec::new();
+        for &(store, when) in takes {
+            let stored = wiring.stored[store as usize];
+            let Part::Write(port) = stored.part else { continue };
+            let mut words = self.map_all(&lowered.next[store as usize].value);
+            let enable = words.split_off(words.len() / 2 + 1);
+            let data = words.split_off(1);
+            list.push((
+                wiring.memory_of[&stored.cell],
+                Written { port: port as usize, when, address: words[0], data, enable },
+            ));
+        }
+        list
+    }
+
+    /// What a read port has after its edge.
+    fn port_reads(&mut self, store: u32, port: u32, written: &[(usize, Written)]) -> Bits {
+        let Source { lowered, wiring, netlist, .. } = *self.s;
+        let stored = wiring.stored[store as usize];
+        let CellKind::Memory(memory) = &netlist.cell(stored.cell).kind else {
+            unreachable!("only memories have ports")
+        };
+        let place = wiring.memory_of[&stored.cell];
+        let words = self.map_all(&lowered.next[store as usize].value);
+        let controls = Controls { en: words[0], arst: words[1], srst: words[2], address: words[3] };
+        let held: Bits = (stored.slot..stored.slot + stored.words).map(|slot| self.held(slot)).collect();
+        let written: Vec<Written> = written.iter().filter(|w| w.0 == place).map(|w| w.1.clone()).collect();
+        let puts = &self.puts;
+        let read = Read { memory, contents: wiring.memories[place].contents, port: port as usize };
+        memory::clocked(&mut self.out, &read, &controls, &written, &held, &mut |g, e, index| {
+            fetch_after(g, puts, e, index)
+        })
+    }
+
+    /// What is written into memories, writes to the same place at once.
+    fn port_writes(&mut self, written: &[(usize, Written)]) -> Vec<Put> {
+        let Source { wiring, netlist, .. } = *self.s;
+        let mut all: Vec<Put> = Vec::new();
+        for (place, w) in written {
+            let place = &wiring.memories[*place];
+            let CellKind::Memory(memory) = &netlist.cell(place.cell).kind else { unreachable!("it is a memory") };
+            for put in memory::write(&mut self.out, memory, place.contents, w) {
+                if self.out.is(put.mask, 0) {
+                    continue;
+                }
+                match all.last().and_then(|last| memory::join(&mut self.out, last, &put)) {
+                    Some(joined) => *all.last_mut().expect("it was joined to the last") = joined,
+                    None => all.push(put),
+                }
+            }
+        }
+        all
+    }
+
+    fn constant(&mut self, bit: bool) -> Two {
+        Two { v: self.out.constant(bit.into()), u: self.out.constant(0) }
+    }
+
+    fn word(&self, bit: Bit) -> Two {
+        self.s.lowered.nets[bit.net.index()][bit.lo as usize / 64]
+    }
+
+    fn touches(&self, bit: Bit) -> bool {
+        let Two { v, u } = self.word(bit);
+        self.affected[v as usize] || self.affected[u as usize]
+    }
+
+    /// New state; where it is taken to be known, it is to be that, at least if anything reads it in this tick.
+    fn known(&mut self, slot: u32, new: Two) -> Two {
+        if (self.s.allows)(slot) {
+            return new;
+        }
+        if let Some((u, _)) = self.alarms.remove(&slot) {
+            self.abort_if(u);
+        }
+        if !self.out.is(new.u, 0) {
+            self.alarms.insert(slot, (new.u, false));
+        }
+        Two { v: new.v, u: self.out.constant(0) }
+    }
+
+    fn abort_if(&mut self, node: Id) {
+        if !self.out.is(node, 0) && !self.aborts.contains(&node) {
+            self.aborts.push(node);
+        }
+    }
+
+    /// Half a slot of state as it stands in this round.
+    fn half(&mut self, half: u32, may: u64) -> Id {
+        match self.state.get(&(half / 2)) {
+            Some(two) => {
+                if let Some(alarm) = self.alarms.get_mut(&(half / 2)) {
+                    alarm.1 = true;
+                }
+                if half.is_multiple_of(2) { two.v } else { two.u }
+            }
+            None => self.out.load(half, may),
+        }
+    }
+
+    /// State as it stands.
+    fn held(&mut self, slot: u32) -> Two {
+        let wiring = self.s.wiring;
+        let may = wiring.leaf_mask[(slot - wiring.leaves.start) as usize];
+        let v = self.half(2 * slot, may);
+        let u = if (self.s.allows)(slot) { self.half(2 * slot + 1, may) } else { self.out.constant(0) };
+        Two { v, u }
+    }
+
+    /// The clock pins before anything changes: what the level of the input decides, or what memory has.
+    fn pin_values(&mut self) -> Vec<Id> {
+        self.keep_levels();
+        let wiring = self.s.wiring;
+        let values = (0..wiring.pins.len()).map(|i| {
+            let bit = wiring.pins[i].bit;
+            let node = self.word(bit).v;
+            let decided = self.map(node);
+            let decided = self.out.bits(decided, bit.lo % 64, 1);
+            if self.out.value(decided).is_some() {
+                return decided;
+            }
+            let slot = wiring.slot[bit.net.index()].expect("clock pins are kept") + bit.lo / 64;
+            let may = self.s.lowered.graph.may(node);
+            let word = self.half(2 * slot, may);
+            self.out.bits(word, bit.lo % 64, 1)
+        });
+        let values = values.collect();
+        self.memo.fill(NONE);
+        values
+    }
+
+    /// A clock pin, which is to be known.
+    fn pin(&mut self, bit: Bit) -> Id {
+        let Two { v, u } = self.word(bit);
+        let (v, u) = (self.map(v), self.map(u));
+        let unknown = self.out.bits(u, bit.lo % 64, 1);
+        self.abort_if(unknown);
+        self.out.bits(v, bit.lo % 64, 1)
+    }
+
+    /// Marks what depends on some slots of state.
+    fn spread(&mut self, changed: &[u32]) {
+        let graph = &self.s.lowered.graph;
+        let first = self.s.wiring.leaves.start;
+        let mut is_changed = vec![false; self.s.wiring.leaves.len()];
+        let (state, contents): (Vec<u32>, Vec<u32>) =
+            changed.iter().partition(|slot| self.s.wiring.leaves.contains(slot));
+        state.iter().for_each(|&slot| is_changed[(slot - first) as usize] = true);
+        for node in 0..graph.len() as Id {
+            let is = match graph.op(node) {
+                Op::Const(_) => false,
+                Op::Load(half) => is_changed[(half / 2 - first) as usize],
+                Op::Element { slot, index, .. } => contents.contains(&slot) || self.affected[index as usize],
+                op => op.operands().any(|o| self.affected[o as usize]),
+            };
+            self.affected[node as usize] = is;
+        }
+    }
+
+    fn forget(&mut self) {
+        self.memo.iter_mut().zip(&self.affected).filter(|(_, a)| **a).for_each(|(m, _)| *m = NONE);
+    }
+
+    /// Takes state whose controls have not changed as it stands.
+    fn keep_levels(&mut self) {
+        for level in &self.s.lowered.levels {
+            if level.needs.iter().any(|&n| self.affected[n as usize]) {
+                continue;
+            }
+            for (slot, two) in (level.slot..).zip(&level.value) {
+                let held = self.held(slot);
+                for (node, value) in [(two.v, held.v), (two.u, held.u)] {
+                    if !self.s.lowered.graph.op(node).is_leaf() {
+                        self.memo[node as usize] = value;
+                    }
+                }
+            }
+        }
+    }
+
+    /// What asynchronous controls and loops make of the state.
+    fn settle(&mut self, ever: &[bool]) {
+        self.keep_levels();
+        // what is kept and has not changed need not be computed
+        for &Kept { net, .. } in self.s.kept {
+            let slot = self.s.wiring.slot[net.index()].expect("what is kept has a place");
+            if self.s.wiring.leaves.contains(&slot) {
+                continue;
+            }
+            for (slot, two) in (slot..).zip(&self.s.lowered.nets[net.index()]) {
+                for (half, node) in [(2 * slot, two.v), (2 * slot + 1, two.u)] {
+                    let graph = &self.s.lowered.graph;
+                    if !ever[node as usize] && !graph.op(node).is_leaf() && self.memo[node as usize] == NONE {
+                        self.memo[node as usize] = self.out.load(half, graph.may(node));
+                    }
+                }
+            }
+        }
+        for level in &self.s.lowered.levels {
+            if !level.needs.iter().any(|&n| self.affected[n as usize]) {
+                continue;
+            }
+            for (slot, two) in (level.slot..).zip(&level.value) {
+                let new = Two { v: self.map(two.v), u: self.map(two.u) };
+                let new = self.known(slot, new);
+                self.state.insert(slot, new);
+            }
+            if let Some(group) = level.group {
+                let unsettled = self.map(self.s.lowered.unsettled[group as usize]);
+                self.abort_if(unsettled);
+            }
+        }
+    }
+
+    /// The node here of one of the form.
+    fn map(&mut self, node: Id) -> Id {
+        let graph = &self.s.lowered.graph;
+        let mut stack = vec![node];
+        while let Some(&at) = stack.last() {
+            if self.memo[at as usize] != NONE {
+                stack.pop();
+                continue;
+            }
+            let op = graph.op(at);
+            let before = stack.len();
+            stack.extend(op.operands().filter(|&o| self.memo[o as usize] == NONE));
+            if stack.len() > before {
+                continue;
+            }
+            stack.pop();
+            let made = match op {
+                Op::Load(half) => self.half(half, graph.may(at)),
+                Op::Element { slot, index, size, plane } => {
+                    let e = Element { slot, size, plane, may: graph.may(at) };
+                    fetch_after(&mut self.out, &self.puts, e, self.memo[index as usize])
+                }
+                op => {
+                    let memo = &self.memo;
+                    self.out.rebuild(op, graph.may(at), |o| memo[o as usize])
+                }
+            };
+            self.memo[at as usize] = made;
+        }
+        self.memo[node as usize]
+    }
+
+    /// What is left in memory.
+    fn finish(&mut self, ever: &[bool]) -> Option<Tick> {
+        let Source { lowered, wiring, kept, input, .. } = *self.s;
+        let mut observed: Map<u32, u32> = Map::default();
+        let mut stores: Vec<Store> = Vec::new();
+        let store = |node, half, observed: Option<u32>| Store {
+            observed,
+            compared: observed.is_some(),
+            ..Store::plain(node, half)
+        };
+        let mut traced: Vec<Traced> = Vec::new();
+        for k in kept {
+            let (net, bit) = (k.net, k.observed.filter(|_| k.stops));
+            let slot = wiring.slot[net.index()].expect("what is kept has a place");
+            let values = &lowered.nets[net.index()];
+            let is_leaf = wiring.leaves.contains(&slot);
+            if k.traced {
+                traced.extend((0..).zip(values).map(|(word, two)| {
+                    let known = if is_leaf { !(self.s.allows)(slot + word) } else { lowered.graph.is(two.u, 0) };
+                    Traced { net, word, slot: slot + word, known, bit: wiring.widths[net.index()] == 1 }
+                }));
+            }
+            if is_leaf {
+                if let Some(bit) = bit {
+                    (0..values.len() as u32).for_each(|i| _ = observed.insert(slot + i, bit));
+                }
+                continue;
+            }
+            for (slot, two) in (slot..).zip(values) {
+                for (half, node) in [(2 * slot, two.v), (2 * slot + 1, two.u)] {
+                    if ever[node as usize] {
+                        let node = self.map(node);
+                        stores.push(store(node, half, bit));
+                    }
+                }
+            }
+        }
+        let mut state: Vec<(u32, Two)> = self.state.iter().map(|(&slot, &two)| (slot, two)).collect();
+        state.sort_unstable_by_key(|s| s.0);
+        for (slot, two) in state.into_iter().filter(|s| s.0 != input) {
+            let bit = observed.get(&slot).copied();
+            let is_old = |node: Id, half: u32| self.out.op(node) == Op::Load(half);
+            if !is_old(two.v, 2 * slot) {
+                stores.push(store(two.v, 2 * slot, bit));
+            }
+            if !is_old(two.u, 2 * slot + 1) && (self.s.allows)(slot) {
+                stores.push(store(two.u, 2 * slot + 1, bit));
+            }
+        }
+        let mut alarms: Vec<(u32, (Id, bool))> = self.alarms.drain().collect();
+        alarms.sort_unstable_by_key(|a| a.0);
+        for (slot, (u, read)) in alarms {
+            // what is written down of it is its value plane alone
+            if read || traced.iter().any(|t| t.slot == slot) {
+                self.abort_if(u);
+            } else {
+                stores.push(Store { alarm: true, ..store(u, 2 * slot + 1, observed.get(&slot).copied()) });
+            }
+        }
+        let record = Record::new(traced, &stores, input, self.s.level);
+        // the nodes that this needs, in order
+        let mut needed = vec![false; self.out.len()];
+        stores.iter().for_each(|s| needed[s.node as usize] = true);
+        self.aborts.iter().for_each(|&a| needed[a as usize] = true);
+        let puts = std::mem::take(&mut self.puts);
+        puts.iter().flat_map(Put::nodes).for_each(|n| needed[n as usize] = true);
+        for node in (0..self.out.len() as Id).rev() {
+            if needed[node as usize] {
+                self.out.op(node).operands().for_each(|o| needed[o as usize] = true);
+            }
+        }
+        let nodes: Vec<Id> =
+            (0..self.out.len() as Id).filter(|&n| needed[n as usize] && !self.out.op(n).is_leaf()).collect();
+        let chunk = Chunk { nodes, stores, group: None, aborts: std::mem::take(&mut self.aborts), puts };
+        (chunk.nodes.len() <= LIMIT).then(|| Tick { graph: std::mem::take(&mut self.out), chunk, record })
+    }
+}

@@ -1,0 +1,255 @@
+//! Pieces of a tick that do the same on other data: circuits have parts that are alike, and one code does for all of them.
+//!
+//! What a piece reads and writes is told apart by how far the same lies from there in each of the others: what lies equally
+//! far is addressed from one base, which the code is given. State of parts that are alike lies in the same order, so there
+//! are few bases.
+
+use crate::engine::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::engine::compiled::ir::plan::{Chunk, Plan};
+use crate::engine::compiled::ir::stores::Put;
+use crate::engine::compiled::ir::stores::{Half, Store};
+
+/// Bases up to which a code is shared, and one more for constants: what a call hands over in registers.
+const BASES: usize = 5;
+/// Constants up to which a code is shared that are not the same in all that share it.
+const VARIED: usize = 16;
+
+/// Whose code a piece runs, and where its data lie.
+#[derive(Clone, Debug)]
+pub(crate) struct Call {
+    /// The number of the piece.
+    pub code: usize,
+    /// For each base how many halves its data lie after those of that piece. Base 0 is the same for all.
+    pub moved: Vec<i64>,
+}
+
+/// Where a code that is shared finds its data.
+#[derive(Clone, Default, Debug)]
+pub(crate) struct Data {
+    /// The base of each half that it reads or writes; of others it is base 0.
+    pub base: Map<Half, usize>,
+    /// Constants that lie in memory, since they are not the same in all that share it.
+    pub constants: Map<Id, Half>,
+}
+
+/// Pieces that share code.
+#[derive(Debug)]
+pub(crate) struct Same {
+    /// For each piece whose code it runs.
+    pub calls: Vec<Call>,
+    /// For each piece where its own code finds its data.
+    pub data: Vec<Data>,
+    /// What is to be in memory before any of it runs.
+    pub constants: Vec<(Half, u64)>,
+}
+
+/// Pieces with one code.
+struct Class {
+    /// The data of the first of them, in the order of its shape, and the base of each.
+    first: Used,
+    base: Vec<usize>,
+    /// The constants that are not the same in all.
+    varied: Vec<usize>,
+    members: Vec<Member>,
+}
+
+struct Member {
+    number: usize,
+    moved: Vec<i64>,
+    constants: Vec<u64>,
+}
+
+/// Which pieces of a plan are alike. `fresh` gives places, one after another.
+pub(crate) fn same(graph: &Graph, plan: &Plan, mut fresh: impl FnMut() -> Half) -> Same {
+    let mut classes: Vec<Class> = Vec::new();
+    let mut of_shape: Map<Vec<Part>, Vec<usize>> = Map::default();
+    for (number, chunk) in plan.chunks.iter().enumerate() {
+        let Some(Shape { parts, used, .. }) = Shape::of(graph, plan, chunk) else {
+            classes.push(Class::new(graph, number, Used::default()));
+            continue;
+        };
+        let known = of_shape.entry(parts).or_default();
+        if known.iter().any(|&class| classes[class].join(graph, number, &used)) {
+            continue;
+        }
+        known.push(classes.len());
+        classes.push(Class::new(graph, number, used));
+    }
+    let own = |number| Call { code: number, moved: Vec::new() };
+    let calls = (0..plan.chunks.len()).map(own).collect();
+    let mut all = Same { calls, data: vec![Data::default(); plan.chunks.len()], constants: Vec::new() };
+    classes.into_iter().for_each(|class| class.finish(&mut all, &mut fresh));
+    all
+}
+
+impl Class {
+    fn new(graph: &Graph, first: usize, used: Used) -> Class {
+        let member = Member { number: first, moved: vec![0], constants: used.values(graph) };
+        Class { base: vec![0; used.halves.len()], first: used, varied: Vec::new(), members: vec![member] }
+    }
+
+    /// Takes up a piece of the same shape, unless that takes too many bases or constants.
+    fn join(&mut self, graph: &Graph, number: usize, used: &Used) -> bool {
+        // a base for what has had the same until now and lies equally far
+        let mut groups: Vec<(usize, i64)> = vec![(0, 0)];
+        let mut base = Vec::with_capacity(used.halves.len());
+        for ((&half, &first), &before) in used.halves.iter().zip(&self.first.halves).zip(&self.base) {
+            let group = (before, i64::from(half) - i64::from(first));
+            let at = groups.iter().position(|&g| g == group).unwrap_or_else(|| {
+                groups.push(group);
+                groups.len() - 1
+            });
+            base.push(at);
+            if groups.len() > BASES {
+                return false;
+            }
+        }
+        let constants = used.values(graph);
+        let differs = |i: &usize| self.varied.contains(i) || constants[*i] != self.members[0].constants[*i];
+        let varied: Vec<usize> = (0..constants.len()).filter(differs).collect();
+        if varied.len() > VARIED {
+            return false;
+        }
+        for member in &mut self.members {
+            member.moved = groups.iter().map(|&(before, _)| member.moved[before]).collect();
+        }
+        let moved = groups.iter().map(|g| g.1).collect();
+        self.members.push(Member { number, moved, constants });
+        (self.base, self.varied) = (base, varied);
+        true
+    }
+
+    /// Tells of its pieces, and lays down the constants that are not the same in all.
+    fn finish(self, all: &mut Same, mut fresh: impl FnMut() -> Half) {
+        let code = self.members[0].number;
+        let Data { base, constants } = &mut all.data[code];
+        base.extend(self.first.halves.into_iter().zip(self.base));
+        let mut first = None;
+        for Member { number, mut moved, constants: values } in self.members {
+            let places: Vec<Half> = self.varied.iter().map(|_| fresh()).collect();
+            all.constants.extend(places.iter().zip(&self.varied).map(|(&half, &i)| (half, values[i])));
+            if let Some(&begin) = places.first() {
+                if number == code {
+                    base.extend(places.iter().map(|&half| (half, moved.len())));
+                    constants.extend(self.varied.iter().map(|&i| self.first.constants[i]).zip(places));
+                }
+                moved.push(i64::from(begin) - i64::from(*first.get_or_insert(begin)));
+            }
+            all.calls[number] = Call { code, moved };
+        }
+    }
+}
+
+/// The data that a piece works on, in the order in which its shape names them.
+#[derive(Default)]
+struct Used {
+    halves: Vec<Half>,
+    constants: Vec<Id>,
+}
+
+impl Used {
+    fn values(&self, graph: &Graph) -> Vec<u64> {
+        self.constants.iter().map(|&node| graph.value(node).expect("it is a constant")).collect()
+    }
+}
+
+/// What a piece does, whatever data it does it on: nodes and halves by numbers of their own.
+#[derive(PartialEq, Eq, Hash, Debug)]
+enum Part {
+    Node(Op),
+    Constant,
+    Store { node: Id, half: Half, alarm: bool },
+    Put(Put),
+    Abort(Id),
+}
+
+struct Shape<'s> {
+    graph: &'s Graph,
+    plan: &'s Plan,
+    /// The nodes of the piece.
+    own: Map<Id, ()>,
+    parts: Vec<Part>,
+    used: Used,
+    half_numbers: Map<Half, Half>,
+    numbers: Map<Id, Id>,
+}
+
+impl Shape<'_> {
+    /// The shape of a piece, unless it tells of changes, each of which has a bit of its own, or is a loop.
+    fn of<'s>(graph: &'s Graph, plan: &'s Plan, chunk: &Chunk) -> Option<Shape<'s>> {
+        let plain = |s: &Store| !s.compared && !s.again && s.observed.is_none();
+        if chunk.group.is_some() || !chunk.stores.iter().all(plain) {
+            return None;
+        }
+        let mut s = Shape {
+            graph,
+            plan,
+            own: chunk.nodes.iter().map(|&node| (node, ())).collect(),
+            parts: Vec::new(),
+            used: Used::default(),
+            half_numbers: Map::default(),
+            numbers: Map::default(),
+        };
+        for store in &chunk.stores {
+            let (node, half) = (s.node(store.node), s.half(store.half));
+            s.parts.push(Part::Store { node, half, alarm: store.alarm });
+        }
+        for put in &chunk.puts {
+            let [index, mask, v, u] = put.nodes().map(|node| s.node(node));
+            let slot = s.half(2 * put.slot);
+            s.parts.push(Part::Put(Put { slot, index, mask, v, u, ..*put }));
+        }
+        for &abort in &chunk.aborts {
+            let node = s.node(abort);
+            s.parts.push(Part::Abort(node));
+        }
+        Some(s)
+    }
+
+    fn half(&mut self, half: Half) -> Half {
+        let next = self.used.halves.len() as Half;
+        *self.half_numbers.entry(half).or_insert_with(|| {
+            self.used.halves.push(half);
+            next
+        })
+    }
+
+    /// The number of a node, after all below it has got one.
+    fn node(&mut self, root: Id) -> Id {
+        let graph = self.graph;
+        let mut stack = vec![root];
+        while let Some(&at) = stack.last() {
+            if self.numbers.contains_key(&at) {
+                stack.pop();
+                continue;
+            }
+            let op = graph.op(at);
+            let before = stack.len();
+            if self.own.contains_key(&at) {
+                stack.extend(op.operands().filter(|o| !self.numbers.contains_key(o)));
+            }
+            if stack.len() > before {
+                continue;
+            }
+            stack.pop();
+            let part = match op {
+                Op::Const(_) => {
+                    self.used.constants.push(at);
+                    Part::Constant
+                }
+                Op::Load(half) => Part::Node(Op::Load(self.half(half))),
+                _ if !self.own.contains_key(&at) => Part::Node(Op::Load(self.half(self.plan.place[&at]))),
+                Op::Element { slot, index, size, plane } => {
+                    Part::Node(Op::Element { slot: self.half(2 * slot), index: self.numbers[&index], size, plane })
+                }
+                op => Part::Node(op.with(|o| self.numbers[&o])),
+            };
+            self.parts.push(part);
+            self.numbers.insert(at, self.numbers.len() as Id);
+        }
+        self.numbers[&root]
+    }
+}
+
+#[cfg(test)]
+mod tests;

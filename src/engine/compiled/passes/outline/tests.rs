@@ -1,0 +1,204 @@
+use super::*;
+use crate::engine::compiled::codegen::{self, Shared};
+use crate::engine::compiled::ir::graph::Graph;
+use crate::engine::compiled::ir::interpreter::{Random, values};
+use crate::engine::compiled::ir::record::Record;
+use crate::engine::compiled::passes::edge::Tick;
+use crate::engine::compiled::passes::split::split;
+use crate::value::Word;
+
+/// Halves of state of each part, where they begin, and how far it is from one part to the next.
+const STATE: Half = 14;
+const FIRST: Half = 20;
+const STRIDE: Half = 17;
+/// The elements of each part's memory, its first slot and how many slots it is to the next.
+const ELEMENTS: u64 = 16;
+const CONTENTS: u32 = 200;
+const NEXT: u32 = 23;
+/// Halves that all parts read, and those of the alarm.
+const COMMON: std::ops::Range<Half> = 2..8;
+const PARTS: usize = 6;
+
+/// How a part of random logic is made: the same choices again for each, but for some constants.
+struct Recipe {
+    seed: u64,
+    nodes: usize,
+    /// One in how many constants is different in each part.
+    varied: usize,
+    puts: bool,
+    aborts: bool,
+    /// Whether the parts read a half of each other.
+    neighbours: bool,
+}
+
+/// Part `number` of a tick. One that is `odd` has a node that the others do not have.
+fn part(recipe: &Recipe, number: usize, odd: bool, tick: &mut Tick) {
+    let Tick { graph: g, chunk, .. } = tick;
+    let (mut r, mut other) = (Random(recipe.seed), Random(recipe.seed ^ (number as u64 + 1) << 32));
+    let at = |number: usize| FIRST + number as Half * STRIDE;
+    let slot = CONTENTS + number as u32 * NEXT;
+    let mut nodes: Vec<Id> = (0..STATE).map(|i| g.load(at(number) + i, u64::MAX)).collect();
+    nodes.extend(COMMON.map(|half| g.load(half, u64::MAX)));
+    if recipe.neighbours {
+        nodes.push(g.load(at((number + 1) % PARTS), u64::MAX));
+    }
+    let index = |g: &mut Graph, node: Id| {
+        let mask = g.constant(ELEMENTS - 1);
+        g.and(node, mask)
+    };
+    for _ in 0..recipe.nodes {
+        let mut pick = || nodes[r.below(nodes.len())];
+        let (a, b, c) = (pick(), pick(), pick());
+        let (kind, bits) = (r.below(12), 1 + r.below(62) as u32);
+        let (same, own) = (r.word() | 1, other.word() | 1);
+        let constant = if r.below(recipe.varied) == 0 { own } else { same };
+        let made = match kind {
+            0 => g.and(a, b),
+            1 => g.or(a, b),
+            2 => g.xor(a, b),
+            3 => g.add(a, b),
+            4 => g.sub(a, b),
+            5 => g.mul(a, b),
+            6 => g.shl(a, bits),
+            7 => g.shr(a, bits),
+            8 => {
+                let when = g.less(a, b);
+                g.select(when, b, c)
+            }
+            9 if recipe.puts => {
+                let index = index(g, a);
+                g.element(slot, index, 3, 0, u64::MAX)
+            }
+            _ => {
+                let constant = g.constant(constant);
+                if kind == 10 { g.add(a, constant) } else { g.xor(a, constant) }
+            }
+        };
+        nodes.push(made);
+    }
+    if odd {
+        let last = *nodes.last().expect("there are some");
+        nodes.push(g.mul(last, last));
+    }
+    let logic = &nodes[nodes.len() - recipe.nodes / 2..];
+    chunk.stores.extend((0..STATE).map(|i| Store::plain(logic[r.below(logic.len())], at(number) + i)));
+    let rare = |r: &mut Random, g: &mut Graph| {
+        let (node, n) = (logic[r.below(logic.len())], g.constant(0x7f));
+        let low = g.and(node, n);
+        g.eq(low, n)
+    };
+    let alarm = rare(&mut r, g);
+    chunk.stores.push(Store { alarm: true, ..Store::plain(alarm, at(number) + STATE) });
+    if recipe.puts {
+        let index = index(g, logic[r.below(logic.len())]);
+        let mut pick = || logic[r.below(logic.len())];
+        chunk.puts.push(Put { slot, size: 3, index, mask: pick(), v: pick(), u: pick() });
+    }
+    if recipe.aborts {
+        chunk.aborts.push(rare(&mut r, g));
+    }
+}
+
+fn tick(recipe: &Recipe, odd: usize) -> Tick {
+    let mut tick = Tick { graph: Graph::default(), chunk: Chunk::default(), record: Record::default() };
+    (0..PARTS).for_each(|number| part(recipe, number, number == odd, &mut tick));
+    let mut needed = vec![false; tick.graph.len()];
+    let roots = tick.chunk.stores.iter().map(|s| s.node).chain(tick.chunk.puts.iter().flat_map(Put::nodes));
+    roots.chain(tick.chunk.aborts.iter().copied()).for_each(|node| needed[node as usize] = true);
+    for node in (0..tick.graph.len() as Id).rev() {
+        if needed[node as usize] {
+            tick.graph.op(node).operands().for_each(|o| needed[o as usize] = true);
+        }
+    }
+    let is_needed = |&node: &Id| needed[node as usize] && !tick.graph.op(node).is_leaf();
+    tick.chunk.nodes = (0..tick.graph.len() as Id).filter(is_needed).collect();
+    tick
+}
+
+/// What a tick leaves in memory, by the meaning of it alone, and whether it may be followed by another; none if it is left.
+fn made(tick: &Tick, memory: &mut [u64]) -> Option<bool> {
+    let now = values(&tick.graph, memory);
+    let is = |node: Id| now[node as usize];
+    if tick.chunk.aborts.iter().any(|&abort| is(abort) != 0) {
+        return None;
+    }
+    let mut alarm = 0;
+    for store in &tick.chunk.stores {
+        memory[store.half as usize] = is(store.node);
+        alarm |= if store.alarm { is(store.node) } else { 0 };
+    }
+    memory[0] |= alarm;
+    for put in &tick.chunk.puts {
+        let at = 2 * put.slot as usize + 2 * is(put.index) as usize;
+        for (half, new) in [(at, put.v), (at + 1, put.u)] {
+            memory[half] = memory[half] & !is(put.mask) | is(new) & is(put.mask);
+        }
+    }
+    Some(alarm == 0)
+}
+
+/// Random parts, several times the same with other data and constants, one of them perhaps not: code that is shared does
+/// what the operations mean, as does code that is not in pieces.
+#[test]
+fn parts_that_are_alike_share_code() {
+    let (mut shared, mut constants, mut ticks, mut left) = (0, 0, 0, 0);
+    for seed in 0..200 {
+        let mut r = Random(seed);
+        let recipe = Recipe {
+            seed: r.word(),
+            nodes: 30 + r.below(120),
+            varied: if r.below(3) == 0 { usize::MAX } else { 12 },
+            puts: r.below(2) == 0,
+            aborts: r.below(2) == 0,
+            neighbours: r.below(3) == 0,
+        };
+        let odd = if r.below(3) == 0 { r.below(PARTS) } else { PARTS };
+        let tick = tick(&recipe, odd);
+        let piece = [10, 60, 300][r.below(3)];
+        let end = 2 * (CONTENTS + PARTS as u32 * NEXT);
+        let mut next = end;
+        let mut fresh = || {
+            next += 1;
+            next - 1
+        };
+        let plan = split(&tick, piece, &mut fresh);
+        let alike = same(&tick.graph, &plan, &mut fresh);
+        shared += (0..).zip(&alike.calls).filter(|(number, call)| call.code != *number).count();
+        constants += alike.constants.len();
+        let mut circle = |piece| codegen::compile_circle(&[&tick], piece, Shared::default(), &mut fresh).unwrap();
+        let circles = [circle(piece), circle(1 << 20)];
+        for circle in &circles {
+            let mut memory: Vec<u64> = (0..end).map(|_| r.word()).collect();
+            memory[0] = 0;
+            let words = memory.chunks(2).map(|half| Word { v: half[0], u: half[1] });
+            let mut words: Vec<Word> = words.chain((end..next + 200).step_by(2).map(|_| Word::ZERO)).collect();
+            for _ in 0..20 {
+                let rounds = 1 + r.below(9) as u64;
+                let done = circle.run(&mut words, rounds);
+                let mut expected = 0;
+                while expected < rounds {
+                    let on = made(&tick, &mut memory);
+                    expected += u64::from(on.is_some());
+                    if on != Some(true) {
+                        break;
+                    }
+                }
+                assert_eq!(done, expected, "seed {seed}");
+                let here: Vec<u64> = words.iter().flat_map(|w| [w.v, w.u]).take(end as usize).collect();
+                assert_eq!(here, memory, "seed {seed}");
+                ticks += done;
+                left += u64::from(done < rounds);
+                if done < rounds {
+                    // it would be left again
+                    memory[FIRST as usize..][..STATE as usize].iter_mut().for_each(|half| *half = r.word());
+                    memory[0] = 0;
+                    for (word, half) in words.iter_mut().zip(memory.chunks(2)) {
+                        *word = Word { v: half[0], u: half[1] };
+                    }
+                }
+            }
+        }
+    }
+    println!("{shared} pieces share code, {constants} constants; {ticks} ticks, left {left} times");
+    assert!(shared > 1000 && constants > 100 && ticks > 20_000 && left > 1000);
+}

@@ -1,0 +1,79 @@
+//! What is packed: state that becomes something else, and the words in which its bits are to lie.
+
+use crate::engine::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::engine::compiled::ir::stores::Half;
+use crate::engine::compiled::ir::stores::Put;
+
+/// A word of memory that has single bits of state in its lanes while packed code runs.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) struct Place {
+    pub word: Half,
+    pub lanes: Vec<(u8, Half)>,
+}
+
+/// State that becomes something else, all at once, as long as some nodes are 0.
+#[derive(Debug)]
+pub(crate) struct Step {
+    pub graph: Graph,
+    pub stores: Vec<(Half, Id)>,
+    /// What is written into memories.
+    pub puts: Vec<Put>,
+    pub aborts: Vec<Id>,
+}
+
+impl Step {
+    /// The nodes that count, in order.
+    pub(crate) fn needed(&self) -> Vec<Id> {
+        let mut needed = vec![false; self.graph.len()];
+        let puts = self.puts.iter().flat_map(Put::nodes);
+        let roots = self.stores.iter().map(|s| s.1).chain(self.aborts.iter().copied()).chain(puts);
+        roots.for_each(|n| needed[n as usize] = true);
+        for node in (0..self.graph.len() as Id).rev() {
+            if needed[node as usize] {
+                self.graph.op(node).operands().for_each(|o| needed[o as usize] = true);
+            }
+        }
+        (0..self.graph.len() as Id).filter(|&n| needed[n as usize] && !self.graph.op(n).is_leaf()).collect()
+    }
+
+    /// How often each node is used by what counts.
+    pub(crate) fn uses(&self) -> Vec<u32> {
+        let mut uses = vec![0; self.graph.len()];
+        let puts = self.puts.iter().flat_map(Put::nodes);
+        let roots = self.stores.iter().map(|s| s.1).chain(self.aborts.iter().copied()).chain(puts);
+        roots.for_each(|n| uses[n as usize] += 1);
+        for node in self.needed() {
+            self.graph.op(node).operands().for_each(|o| uses[o as usize] += 1);
+        }
+        uses
+    }
+
+    /// The node of each state that is read.
+    pub(crate) fn loads(&self) -> Map<Half, Id> {
+        let load = |n| if let Op::Load(half) = self.graph.op(n) { Some((half, n)) } else { None };
+        (0..self.graph.len() as Id).filter_map(load).collect()
+    }
+
+    /// Words for the single bits of groups that become something.
+    pub(crate) fn places(&self, groups: &[Vec<(u8, Half)>], fresh: &mut dyn FnMut() -> Half) -> Vec<Place> {
+        let loads = self.loads();
+        let becomes: Map<Half, Id> = self.stores.iter().copied().collect();
+        let single = |h: &Half| loads.get(h).is_none_or(|&n| self.graph.may(n) == 1);
+        let mut places: Vec<Place> = Vec::new();
+        let mut taken: Map<Half, ()> = Map::default();
+        for group in groups {
+            let lanes: Vec<(u8, Half)> = group.iter().copied().filter(|l| becomes.contains_key(&l.1)).collect();
+            if lanes.len() < 2 || lanes.iter().any(|(_, h)| !single(h) || taken.contains_key(h)) {
+                continue;
+            }
+            lanes.iter().for_each(|l| _ = taken.insert(l.1, ()));
+            places.push(Place { word: fresh(), lanes });
+        }
+        places
+    }
+
+    /// About how much work it is.
+    pub(crate) fn cost(&self) -> usize {
+        self.needed().len() + 2 * self.stores.len()
+    }
+}

@@ -1,0 +1,319 @@
+use super::*;
+use crate::engine::compiled::ir::interpreter::{Random, values};
+
+/// A carry of two bits and one, in one of the ways in which people and tools write it.
+fn carry(r: &mut Random, g: &mut Graph, way: usize, a: Id, b: Id, c: Id) -> Id {
+    let (both, either, apart) = (g.and(a, b), g.or(a, b), g.xor(a, b));
+    match way {
+        0 => {
+            let passed = g.and(apart, c);
+            g.or(both, passed)
+        }
+        1 => {
+            let passed = g.and(either, c);
+            g.or(both, passed)
+        }
+        2 => g.select(apart, c, a),
+        3 => {
+            let (x, y) = (g.and(a, c), g.and(b, c));
+            let xy = g.or(x, y);
+            g.or(both, xy)
+        }
+        4 => {
+            // of NANDs alone
+            let (n1, passed) = (g.not(both, 1), g.and(apart, c));
+            let n2 = g.not(passed, 1);
+            let all = g.and(n1, n2);
+            g.not(all, 1)
+        }
+        _ => {
+            let way = r.below(5);
+            carry(r, g, way, a, b, c)
+        }
+    }
+}
+
+/// A sum of two buses, rippling or looking ahead.
+fn sum(r: &mut Random, g: &mut Graph, a: &[Id], b: &[Id], mut c: Id) -> Vec<Id> {
+    let way = r.below(7);
+    let n = a.len();
+    let mut out = Vec::new();
+    if way == 6 {
+        // spans of 2, 4 and 8, as a prefix network has them
+        let mut generates: Vec<Id> = (0..n).map(|i| g.and(a[i], b[i])).collect();
+        let mut passes: Vec<Id> = (0..n).map(|i| g.xor(a[i], b[i])).collect();
+        let apart = passes.clone();
+        let passed = g.and(passes[0], c);
+        generates[0] = g.or(generates[0], passed);
+        let mut span = 1;
+        while span < n {
+            for i in (span..n).rev() {
+                let through = g.and(passes[i], generates[i - span]);
+                generates[i] = g.or(generates[i], through);
+                passes[i] = g.and(passes[i], passes[i - span]);
+            }
+            span *= 2;
+        }
+        for i in 0..n {
+            out.push(g.xor(apart[i], if i == 0 { c } else { generates[i - 1] }));
+        }
+        return out;
+    }
+    for i in 0..n {
+        let apart = g.xor(a[i], b[i]);
+        out.push(g.xor(apart, c));
+        c = carry(r, g, way, a[i], b[i], c);
+    }
+    out.push(c);
+    out
+}
+
+/// The lanes of each group of state.
+type Groups = Vec<Vec<(u8, Half)>>;
+
+fn random(r: &mut Random) -> (Step, Groups, Vec<u64>) {
+    let mut g = if r.below(2) == 0 { Graph::default() } else { Graph::factoring() };
+    let mut groups = Groups::new();
+    let mut buses: Vec<Vec<Id>> = Vec::new();
+    let mut masks: Vec<u64> = Vec::new();
+    for _ in 0..3 + r.below(4) {
+        let width = 3 + r.below(20);
+        let (first, up) = (masks.len() as Half, r.below(5) != 0);
+        let lanes = (0..width as Half).map(|i| (if up { i } else { width as Half - 1 - i } as u8, first + i)).collect();
+        groups.push(lanes);
+        buses.push((0..width as Half).map(|i| g.load(first + i, 1)).collect());
+        masks.extend((0..width).map(|_| 1));
+    }
+    // a word beside the bits
+    let word = g.load(masks.len() as Half, 0xff_ffff);
+    masks.push(0xff_ffff);
+    buses.push((0..24).map(|i| g.bits(word, i, 1)).collect());
+    let mut bits: Vec<Id> = buses.concat();
+    for _ in 0..4 + r.below(12) {
+        let (x, y) = (buses[r.below(buses.len())].clone(), buses[r.below(buses.len())].clone());
+        let n = x.len().min(y.len());
+        let (mut x, mut y) = (x[..n].to_vec(), y[..n].to_vec());
+        let s = bits[r.below(bits.len())];
+        let inverts = |r: &mut Random, g: &mut Graph, bus: &mut Vec<Id>| {
+            if r.below(4) == 0 {
+                bus.iter_mut().for_each(|b| *b = g.not(*b, 1));
+            }
+        };
+        inverts(r, &mut g, &mut x);
+        inverts(r, &mut g, &mut y);
+        if r.below(6) == 0 {
+            y = vec![g.constant(r.word() & 1); n];
+        }
+        let made: Vec<Id> = match r.below(9) {
+            0 => x.iter().zip(&y).map(|(&a, &b)| g.and(a, b)).collect(),
+            1 => x.iter().zip(&y).map(|(&a, &b)| g.or(a, b)).collect(),
+            2 => x.iter().zip(&y).map(|(&a, &b)| g.xor(a, b)).collect(),
+            3 => x.iter().zip(&y).map(|(&a, &b)| g.select(s, a, b)).collect(),
+            4 => x.iter().zip(&y).map(|(&a, &b)| g.and_not(a, b)).collect(),
+            5 => {
+                // all, some
+                let (mut all, mut some) = (x[0], y[0]);
+                for i in 1..n {
+                    all = if r.below(4) == 0 { g.and_not(all, x[i]) } else { g.and(all, x[i]) };
+                    some = g.or(some, y[i]);
+                }
+                vec![all, some, s]
+            }
+            6 => (0..n).map(|i| if r.below(3) == 0 { s } else { x[(i + 1) % n] }).collect(),
+            _ => {
+                let base = match r.below(3) {
+                    0 => g.constant(0),
+                    1 => g.constant(1),
+                    _ => s,
+                };
+                sum(r, &mut g, &x, &y, base)
+            }
+        };
+        bits.extend(&made);
+        if made.len() > 2 {
+            buses.push(made);
+        }
+    }
+    let mut stores = Vec::new();
+    for (half, mask) in masks.iter().enumerate() {
+        if *mask != 1 {
+            // a word put together of bits
+            let mut all = g.constant(0);
+            for i in 0..24 {
+                let bit = bits[r.below(bits.len())];
+                let placed = g.shl(bit, i);
+                all = g.or(all, placed);
+            }
+            stores.push((half as Half, all));
+        }
+    }
+    for group in &groups {
+        let bus = buses[r.below(buses.len())].clone();
+        for (i, &(_, half)) in group.iter().enumerate() {
+            let node = if r.below(9) == 0 { bits[r.below(bits.len())] } else { bus[i % bus.len()] };
+            stores.push((half, node));
+        }
+    }
+    let aborts = vec![bits[r.below(bits.len())]];
+    (Step { graph: g, stores, puts: Vec::new(), aborts }, groups, masks)
+}
+
+/// Random logic of buses, with adders in all shapes: what is stored is the same before and after.
+#[test]
+fn packed_steps_do_the_same() {
+    let seeds = std::env::var("DISCRETA_SEEDS").ok().and_then(|s| s.parse().ok()).unwrap_or(400);
+    let (mut chains, mut fewer, mut before, mut after) = (0, 0, 0, 0);
+    for seed in 0..seeds {
+        let mut r = Random(seed);
+        let (mut step, groups, masks) = random(&mut r);
+        let (plain, stores, aborts) = (std::mem::take(&mut step.graph), step.stores.clone(), step.aborts.clone());
+        step.graph = Graph::default();
+        let copy = Step { graph: plain, stores: stores.clone(), puts: Vec::new(), aborts: aborts.clone() };
+        let mut step = in_rows(&copy, &Map::default());
+        let least = 2 + r.below(3);
+        let mut end = masks.len() as Half;
+        let mut fresh = || {
+            end += 1;
+            end - 1
+        };
+        let trials = if seed % 4 == 0 { TRIALS } else { 0 };
+        let packed = pack(&mut step, &groups, least, trials, &mut fresh).expect("it is not too deep");
+        if trials > 0 {
+            let mut other = in_rows(&copy, &Map::default());
+            let all = pack(&mut other, &groups, least, 0, &mut fresh).expect("it is not too deep");
+            assert!(packed.step.cost() <= all.step.cost(), "seed {seed}");
+            fewer += all.chains - packed.chains;
+        }
+        chains += packed.chains;
+        before += copy.needed().len();
+        after += packed.step.needed().len();
+        for _ in 0..24 {
+            let memory: Vec<u64> =
+                masks.iter().map(|m| if r.below(8) == 0 { *m } else { r.word() & r.word() & m }).collect();
+            let old = values(&copy.graph, &memory);
+            let mid = values(&step.graph, &memory);
+            for (a, b) in stores.iter().zip(&step.stores) {
+                assert_eq!(old[a.1 as usize], mid[b.1 as usize], "rows, seed {seed}");
+            }
+            let mut words = memory.clone();
+            words.resize(masks.len() + groups.len(), 0);
+            for Place { word, lanes } in &packed.places {
+                words[*word as usize] = lanes.iter().fold(0, |all, &(lane, h)| all | memory[h as usize] << lane);
+            }
+            let new = values(&packed.step.graph, &words);
+            assert_eq!(old[aborts[0] as usize], new[packed.step.aborts[0] as usize], "seed {seed}");
+            let mid = values(&step.graph, &memory);
+            for &(node, here, lane) in &packed.same {
+                let is = lane.map_or(new[here as usize], |lane| new[here as usize] >> lane & 1);
+                assert_eq!(
+                    is,
+                    mid[node as usize],
+                    "seed {seed}: {node} {:?} {here} {:?} {lane:?}",
+                    step.graph.op(node),
+                    packed.step.graph.op(here)
+                );
+            }
+            let next: Map<u32, u64> = packed.step.stores.iter().map(|&(p, n)| (p, new[n as usize])).collect();
+            for &(half, node) in &stores {
+                let at = packed.places.iter().find_map(|place| {
+                    let lane = place.lanes.iter().find(|l| l.1 == half)?.0;
+                    Some((place.word, lane, 1))
+                });
+                let (at, lane, mask) = at.unwrap_or((half, 0, u64::MAX));
+                let word = next.get(&at).copied().unwrap_or(words[at as usize]);
+                let found = Some(word >> lane & mask);
+                assert_eq!(found, Some(old[node as usize]), "seed {seed}: {half}");
+            }
+        }
+    }
+    println!("{chains} chains, {fewer} left out; {before} operations, packed {after}");
+    assert!(seeds < 400 || chains > 400 && fewer > 20);
+}
+
+/// A file of eight words of eight bits: single bits are read from it, and written on several levels, as an adder's are.
+/// The multiplexers are words all the same: 7 of the reading and 8 of the writing, with little around them.
+#[test]
+fn a_register_file_is_packed() {
+    let mut g = Graph::default();
+    let (words, bits) = (8, 8);
+    let groups: Groups = (0..words).map(|w| (0..bits).map(|b| (b as u8, w * bits + b)).collect()).collect();
+    let first = words * bits;
+    let address: Vec<Id> = (0..3).map(|i| g.load(first + i, 1)).collect();
+    let mut read = Vec::new();
+    for b in 0..bits {
+        let mut level: Vec<Id> = (0..words).map(|w| g.load(w * bits + b, 1)).collect();
+        for &s in &address {
+            level = level.chunks(2).map(|pair| g.select(s, pair[1], pair[0])).collect();
+        }
+        read.push(level[0]);
+    }
+    // what is written takes a bit of what is read after the other
+    let mut carry = g.load(first + 3, 1);
+    let mut stores = Vec::new();
+    for (b, &bit) in (0..).zip(&read) {
+        let other = g.load(first + 4 + b, 1);
+        let apart = g.xor(bit, other);
+        let written = g.select(apart, carry, other);
+        let both = g.and_not(carry, bit);
+        carry = g.xor(both, other);
+        for w in 0..words {
+            let enable = g.load(first + 20 + w, 1);
+            let old = g.load(w * bits + b, 1);
+            stores.push((w * bits + b, g.select(enable, written, old)));
+        }
+    }
+    let mut step = Step { graph: g, stores, puts: Vec::new(), aborts: Vec::new() };
+    let plain = step.needed().len();
+    let mut end = first + 40;
+    let mut fresh = || {
+        end += 1;
+        end - 1
+    };
+    let packed = pack(&mut step, &groups, 3, TRIALS, &mut fresh).unwrap();
+    let kinds = |step: &Step| step.needed().iter().filter(|&&n| matches!(step.graph.op(n), Op::Select(..))).count();
+    // the last carry is not needed
+    assert_eq!((plain, kinds(&step)), (56 + 64 + 4 * 8 - 2, 56 + 64 + 8));
+    assert_eq!(kinds(&packed.step), 7 + 8 + 8, "{:?}", packed.step.needed().len());
+    // eight bits are taken out, eight put in
+    assert!(packed.step.needed().len() <= 7 + 8 + 4 * 8 + 2 * 8 + 2 * 8, "{}", packed.step.needed().len());
+}
+
+/// Whether a counter of 24 bits and another have gone to zero, as gates one after another: it is a comparison each.
+#[test]
+fn a_long_or_is_a_comparison() {
+    let mut g = Graph::default();
+    let (words, bits) = (2, 24);
+    let groups: Groups = (0..words).map(|w| (0..bits).map(|b| (b as u8, w * bits + b)).collect()).collect();
+    let mut any = g.load(0, 1);
+    for b in 0..bits {
+        for w in 0..words {
+            let bit = g.load(w * bits + b, 1);
+            any = g.or(bit, any);
+        }
+    }
+    let enable = g.load(words * bits, 1);
+    // what makes the bits state of a word
+    let mut stores: Vec<(Half, Id)> = (0..words * bits)
+        .map(|half| {
+            let bit = g.load(half, 1);
+            (half, g.and(bit, enable))
+        })
+        .collect();
+    stores.push((words * bits + 1, any));
+    let mut step = Step { graph: g, stores, puts: Vec::new(), aborts: Vec::new() };
+    assert_eq!(step.needed().len(), 47 + 48);
+    let mut end = words * bits + 2;
+    let mut fresh = || {
+        end += 1;
+        end - 1
+    };
+    let packed = pack(&mut step, &groups, 3, 0, &mut fresh).unwrap();
+    // spread and AND for each word; a comparison for each and what joins them
+    let nodes = packed.step.needed();
+    assert_eq!(packed.chains, 0);
+    assert!(
+        nodes.len() <= 2 * 2 + 2 * 2 + 2,
+        "{:?}",
+        nodes.iter().map(|&n| packed.step.graph.op(n)).collect::<Vec<_>>()
+    );
+}

@@ -1,0 +1,128 @@
+//! Feedback step by step, by the functions of the cell room, as the event engine does it: for loops that take long to
+//! settle, or never do.
+
+use std::ops::Range;
+
+use crate::engine::compiled::lower::layout::Wiring;
+use crate::engine::compiled::runtime::on_demand::{Held, Peeked};
+use crate::engine::endless;
+use crate::netlist::{CellId, NetId, Netlist};
+use crate::value::Word;
+use crate::value::word::words;
+
+/// What stepping needs room for.
+#[derive(Debug, Default)]
+pub(crate) struct Steps {
+    values: Vec<Word>,
+}
+
+impl Steps {
+    /// Steps a loop until it settles.
+    ///
+    /// # Errors
+    /// The nets that keep changing.
+    pub fn run(
+        &mut self,
+        netlist: &Netlist,
+        wiring: &Wiring,
+        memory: &mut [Word],
+        group: usize,
+    ) -> Result<(), Vec<NetId>> {
+        let cells = &wiring.loops[group];
+        // what the loop reads beside itself does not change
+        let mut peeked = Peeked::new(netlist, wiring);
+        peeked.fill(&Held::state(netlist, wiring, memory), cells);
+        let mut old = snapshot(netlist, wiring, memory, cells);
+        let mut next_snapshot = 1;
+        for step in 1..endless::STEPS {
+            if !self.step(netlist, wiring, memory, cells, &mut peeked) {
+                return Ok(());
+            }
+            let now = snapshot(netlist, wiring, memory, cells);
+            if now == old {
+                break;
+            }
+            if step == next_snapshot {
+                old = now;
+                next_snapshot *= 2;
+            }
+        }
+        Err(self.endless(netlist, wiring, memory, cells, &mut peeked))
+    }
+
+    /// The nets of an endless loop that keep changing, the bits that do made x, as in the event engine.
+    fn endless(
+        &mut self,
+        netlist: &Netlist,
+        wiring: &Wiring,
+        memory: &mut [Word],
+        cells: &[CellId],
+        peeked: &mut Peeked,
+    ) -> Vec<NetId> {
+        let start = snapshot(netlist, wiring, memory, cells);
+        let changing = endless::changing(&start, || {
+            self.step(netlist, wiring, memory, cells, peeked);
+            snapshot(netlist, wiring, memory, cells)
+        });
+        let (mut changing, mut nets, used) = (changing.into_iter(), Vec::new(), netlist.used());
+        for (net, slots) in places(netlist, wiring, cells) {
+            let mut any = 0;
+            for (word, bits) in memory[slots].iter_mut().zip(&mut changing) {
+                *word = word.with_x(bits);
+                any |= bits;
+            }
+            if used[net.index()] && any != 0 {
+                nets.push(net);
+            }
+        }
+        for _ in 0..endless::SPREADING {
+            if !self.step(netlist, wiring, memory, cells, peeked) {
+                break;
+            }
+        }
+        nets
+    }
+
+    /// One step; all cells see the values before it. Whether anything changed.
+    fn step(
+        &mut self,
+        netlist: &Netlist,
+        wiring: &Wiring,
+        memory: &mut [Word],
+        cells: &[CellId],
+        peeked: &mut Peeked,
+    ) -> bool {
+        self.values.clear();
+        for &cell in cells {
+            for value in peeked.outputs(&Held::state(netlist, wiring, memory), cell) {
+                self.values.extend(value);
+            }
+        }
+        let (mut at, mut changed) = (0, false);
+        for (_, slots) in places(netlist, wiring, cells) {
+            let new = &self.values[at..at + slots.len()];
+            at += slots.len();
+            changed |= memory[slots.clone()] != *new;
+            memory[slots].copy_from_slice(new);
+        }
+        changed
+    }
+}
+
+/// The nets of some cells' outputs, which are all state, each with its slots.
+pub(crate) fn places<'a>(
+    netlist: &'a Netlist,
+    wiring: &'a Wiring,
+    cells: &'a [CellId],
+) -> impl Iterator<Item = (NetId, Range<usize>)> + 'a {
+    let pins = move |&cell: &CellId| (0..netlist.cell(cell).kind.outputs().len()).map(move |pin| (cell, pin));
+    cells.iter().flat_map(pins).map(move |(cell, pin)| {
+        let net = netlist.output(cell, pin);
+        let slot = wiring.slot[net.index()].expect("what loops have has a place") as usize;
+        (net, slot..slot + words(netlist.net(net).width))
+    })
+}
+
+fn snapshot(netlist: &Netlist, wiring: &Wiring, memory: &[Word], cells: &[CellId]) -> Vec<Word> {
+    places(netlist, wiring, cells).flat_map(|(_, slots)| memory[slots].iter().copied()).collect()
+}

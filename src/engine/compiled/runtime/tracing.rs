@@ -1,0 +1,166 @@
+//! What has changed, written down by the ticks themselves: a run whose nets are traced stays in the loop of its clock.
+//!
+//! A tick appends a record (see [`value::changes`](crate::value::changes)) to a list in memory: each value goes where the
+//! next one belongs, and only if it is another than before does the next one go behind it. So there is no branch, and
+//! nothing is left to be compared. Waves that are made in chunks have their changes written down here.
+
+use crate::engine::compiled::codegen::trace::{END, RECORDS, ROOM, TIME, WAIT};
+use crate::engine::compiled::ir::stores::Half;
+use crate::engine::compiled::runtime::variants::Wanted;
+use crate::engine::compiled::runtime::{CompiledEngine, half};
+use crate::engine::{Field, Log};
+use crate::value::Word;
+use crate::value::changes::{self, Written};
+use crate::value::word::words;
+
+/// Words with which the log counts as long.
+const LONG: usize = ROOM / 2;
+
+/// When ticks happen that follow each other.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Times {
+    pub first: u64,
+    /// How long the input stays 0.
+    pub low: u64,
+    /// How long it stays 1.
+    pub high: u64,
+}
+
+/// Numbers of observed nets, each once.
+#[derive(Debug, Default)]
+pub(crate) struct Numbers {
+    bits: Vec<u64>,
+    any: bool,
+}
+
+impl Numbers {
+    #[inline(always)]
+    pub fn insert(&mut self, number: usize) {
+        if self.bits.len() <= number / 64 {
+            self.bits.resize(number / 64 + 1, 0);
+        }
+        self.bits[number / 64] |= 1 << (number % 64);
+        self.any = true;
+    }
+}
+
+/// What is traced, and what was written down.
+#[derive(Debug, Default)]
+pub(crate) struct Tracing {
+    /// Whether each of the observed nets is traced.
+    pub nets: Vec<bool>,
+    /// Those that have changed in this wave, except in ticks.
+    pub changed: Numbers,
+    pub log: Log,
+    /// The shape of what is written down after a wave, and its first field for each of the observed nets.
+    shape: usize,
+    first: Vec<u32>,
+    /// Where generated code puts its records.
+    place: Option<Half>,
+}
+
+impl Tracing {
+    pub fn is_long(&self) -> bool {
+        self.log.words.len() >= LONG
+    }
+
+    /// Moves the records of generated code into the log.
+    fn take(&mut self, memory: &mut [Word]) {
+        let Some(place) = self.place else { return };
+        let first = place + RECORDS;
+        let count = (*half(memory, place + END) / 8) as usize - first as usize;
+        if count == 0 {
+            return;
+        }
+        *half(memory, place + END) = u64::from(first) * 8;
+        let from = &memory[first as usize / 2..][..count.div_ceil(2)];
+        let before = self.log.words.len();
+        self.log.words.resize(before + 2 * from.len(), 0);
+        for (to, word) in self.log.words[before..].chunks_exact_mut(2).zip(from) {
+            to.copy_from_slice(&[word.v, word.u]);
+        }
+        self.log.words.truncate(before + count);
+    }
+
+    /// Before ticks: makes room for at least one round, says when they happen; returns for how many rounds there is room.
+    pub fn begin(&mut self, memory: &mut [Word], place: Half, longest: usize, at: Times) -> u64 {
+        if place == 0 {
+            return u64::MAX;
+        }
+        let room =
+            |memory: &mut [Word]| ROOM - ((*half(memory, place + END) / 8) as usize - (place + RECORDS) as usize);
+        if room(memory) < longest.max(ROOM / 4) {
+            self.take(memory);
+        }
+        *half(memory, place + TIME) = at.first;
+        *half(memory, place + WAIT) = at.low;
+        *half(memory, place + WAIT + 1) = at.high;
+        (room(memory) / longest) as u64
+    }
+}
+
+impl CompiledEngine<'_> {
+    pub(crate) fn wanted(&self) -> Wanted<'_> {
+        let shapes = self.tracing.log.shapes.len();
+        Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk, shapes }
+    }
+
+    /// Gives the log its place, and what waves write down its shape.
+    pub(crate) fn prepare_log(&mut self) {
+        let t = &mut self.tracing;
+        if !t.nets.contains(&true) {
+            return;
+        }
+        let memory = &mut self.memory;
+        let place = *t.place.get_or_insert_with(|| {
+            let place = memory.len() as Half * 2;
+            memory.resize(memory.len() + (RECORDS as usize + ROOM) / 2, Word::ZERO);
+            *half(memory, place + END) = u64::from(place + RECORDS) * 8;
+            place
+        });
+        self.shared.log = place;
+        let mut fields: Vec<Field> = Vec::new();
+        t.first.clear();
+        for (&net, _) in self.observed_nets.iter().zip(&t.nets) {
+            t.first.push(fields.len() as u32);
+            let count = words(self.wiring.widths[net.index()]) as u32;
+            fields.extend((0..count).map(|word| Field { net, word, written: Written::Both }));
+        }
+        t.shape = t.log.shapes.len();
+        t.log.shapes.push(fields.into());
+    }
+
+    /// Has what generated code has written down in the log.
+    pub(crate) fn take_log(&mut self) {
+        self.tracing.take(&mut self.memory);
+    }
+
+    /// Writes down the traced nets that have changed in this wave.
+    #[inline(always)]
+    pub(crate) fn write_down(&mut self) {
+        if self.tracing.changed.any {
+            self.write_wave();
+        }
+    }
+
+    fn write_wave(&mut self) {
+        self.take_log();
+        let t = &mut self.tracing;
+        t.changed.any = false;
+        let (fields, memory) = (&t.log.shapes[t.shape], &self.memory);
+        let mut changed = Vec::new();
+        for (i, word) in t.changed.bits.iter_mut().enumerate() {
+            let mut bits = std::mem::take(word);
+            while bits != 0 {
+                let number = i * 64 + bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                let first = t.first[number] as usize;
+                let net = self.observed_nets[number];
+                let slot = self.wiring.slot[net.index()].expect("what is traced has a place") as usize;
+                let count = words(self.wiring.widths[net.index()]);
+                changed.extend((0..count).map(|k| (first + k, memory[slot + k], Written::Both)));
+            }
+        }
+        changes::write(&mut t.log.words, t.shape, self.now, fields.len(), changed.into_iter());
+    }
+}
