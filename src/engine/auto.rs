@@ -3,7 +3,7 @@
 //!
 //! When that is depends on the run alone, not on the machine. Both give the same values, so nobody can tell.
 
-use super::{CompiledEngine, Engine, EventEngine, Log, UnknownControl, Unsettled};
+use super::{CompileError, CompiledEngine, Engine, EventEngine, Log, UnknownControl, Unsettled};
 use crate::cell::Clock;
 use crate::netlist::{NetId, Netlist};
 use crate::value::Word;
@@ -26,7 +26,7 @@ pub struct AutoEngine<'n> {
     observed: Vec<NetId>,
     traced: Vec<NetId>,
     /// Why the circuit is not compiled.
-    refused: Option<String>,
+    refused: Option<CompileError>,
     /// Net changes after which it is.
     patience: u64,
     /// How many net changes there were before it was.

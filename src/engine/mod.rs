@@ -21,7 +21,7 @@ use crate::value::Word;
 #[cfg(feature = "compiled")]
 pub use auto::AutoEngine;
 #[cfg(feature = "compiled")]
-pub use compiled::{CompiledEngine, EngineReport};
+pub use compiled::{CompileError, CompiledEngine, EngineReport};
 pub use event::EventEngine;
 pub use log::{Field, Log};
 

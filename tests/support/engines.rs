@@ -80,7 +80,7 @@ fn compiled(netlist: &Netlist) -> Vec<Box<dyn Engine + '_>> {
             vec![Box::new(engine)]
         }
         Err(why) => {
-            may_refuse(&why);
+            may_refuse(&why.to_string());
             Vec::new()
         }
     }

@@ -11,9 +11,11 @@
 //! computed for them; and again until no clock makes an edge.
 
 mod codegen;
+mod error;
 mod ir;
 mod lower;
 mod passes;
 mod runtime;
 
+pub use error::CompileError;
 pub use runtime::{CompiledEngine, EngineReport};

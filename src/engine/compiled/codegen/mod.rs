@@ -14,6 +14,7 @@ use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{FuncId, Linkage, Module, default_libcall_names};
 
+use crate::engine::compiled::CompileError;
 use crate::engine::compiled::codegen::emit::{Emit, offset, trusted};
 use crate::engine::compiled::codegen::machine::{Circle, Machine};
 use crate::engine::compiled::ir::graph::{Graph, Map};
@@ -55,16 +56,19 @@ struct Compiler {
 }
 
 impl Compiler {
-    fn new() -> Result<Compiler, String> {
+    fn new() -> Result<Compiler, CompileError> {
         let mut flags = settings::builder();
-        let mut set = |name: &str, value: &str| flags.set(name, value).map_err(|e| e.to_string());
+        let mut set = |name: &str, value: &str| flags.set(name, value).map_err(CompileError::generator);
         // the graph is optimised already, and what is emitted is in an order that suits registers
         set("opt_level", "none")?;
         set("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" })?;
         set("is_pic", "false")?;
         set("use_colocated_libcalls", "false")?;
         set("unwind_info", "false")?;
-        let isa = cranelift_native::builder()?.finish(settings::Flags::new(flags)).map_err(|e| e.to_string())?;
+        let isa = cranelift_native::builder()
+            .map_err(CompileError::generator)?
+            .finish(settings::Flags::new(flags))
+            .map_err(CompileError::generator)?;
         let module = JITModule::new(JITBuilder::with_isa(isa, default_libcall_names()));
         Ok(Compiler { context: module.make_context(), builders: FunctionBuilderContext::new(), module })
     }
@@ -76,11 +80,11 @@ impl Compiler {
         arguments: usize,
         results: usize,
         body: impl FnOnce(&mut JITModule, &mut FunctionBuilder<'_>, &[Value]),
-    ) -> Result<FuncId, String> {
+    ) -> Result<FuncId, CompileError> {
         let mut signature = Signature::new(self.module.target_config().default_call_conv);
         signature.params.resize(arguments, AbiParam::new(types::I64));
         signature.returns.resize(results, AbiParam::new(types::I64));
-        let id = self.module.declare_function(name, Linkage::Local, &signature).map_err(|e| e.to_string())?;
+        let id = self.module.declare_function(name, Linkage::Local, &signature).map_err(CompileError::generator)?;
         self.context.func.signature = signature;
         let mut builder = FunctionBuilder::new(&mut self.context.func, &mut self.builders);
         let block = builder.create_block();
@@ -90,37 +94,37 @@ impl Compiler {
         let arguments = builder.block_params(block).to_vec();
         body(&mut self.module, &mut builder, &arguments);
         builder.finalize(self.module.target_config());
-        self.module.define_function(id, &mut self.context).map_err(|e| format!("{e:?}"))?;
+        self.module.define_function(id, &mut self.context).map_err(|e| CompileError::generator(format!("{e:?}")))?;
         self.module.clear_context(&mut self.context);
         Ok(id)
     }
 
     /// The code, and where functions lie in it.
-    fn finish(mut self, ids: &[FuncId]) -> Result<(JITModule, Vec<*const u8>), String> {
-        self.module.finalize_definitions().map_err(|e| e.to_string())?;
+    fn finish(mut self, ids: &[FuncId]) -> Result<(JITModule, Vec<*const u8>), CompileError> {
+        self.module.finalize_definitions().map_err(CompileError::generator)?;
         let functions = ids.iter().map(|&id| self.module.get_finalized_function(id)).collect();
         Ok((self.module, functions))
     }
 }
 
 /// Whether code can be made on this machine at all, found out once: systems may forbid memory that is executed.
-pub(crate) fn available() -> Result<(), String> {
-    static AVAILABLE: OnceLock<Result<(), String>> = OnceLock::new();
+pub(crate) fn available() -> Result<(), CompileError> {
+    static AVAILABLE: OnceLock<Result<(), CompileError>> = OnceLock::new();
     let attempt = || {
         let mut compiler = Compiler::new()?;
         if compiler.module.target_config().pointer_type() != types::I64 {
-            return Err("the machine does not have 64-bit addresses".into());
+            return Err(CompileError::generator("the machine does not have 64-bit addresses"));
         }
         let nothing = compiler.define("nothing", 0, 0, |_, builder, _| _ = builder.ins().return_(&[]))?;
         let (module, functions) = compiler.finish(&[nothing])?;
         drop(Machine::new(module, functions));
         Ok(())
     };
-    AVAILABLE.get_or_init(attempt).clone().map_err(|why| format!("machine code cannot be made here: {why}"))
+    AVAILABLE.get_or_init(attempt).clone().map_err(|why| CompileError::Unavailable { reason: why.to_string() })
 }
 
 /// Compiles the chunks of a plan.
-pub(crate) fn compile(graph: &Graph, plan: &Plan, shared: Shared) -> Result<Machine, String> {
+pub(crate) fn compile(graph: &Graph, plan: &Plan, shared: Shared) -> Result<Machine, CompileError> {
     let mut compiler = Compiler::new()?;
     let mut ids = Vec::new();
     for (number, chunk) in plan.chunks.iter().enumerate() {
@@ -156,14 +160,14 @@ pub(crate) fn compile_circle(
     piece: usize,
     shared: Shared,
     mut fresh: impl FnMut() -> Half,
-) -> Result<Circle, String> {
+) -> Result<Circle, CompileError> {
     let mut compiler = Compiler::new()?;
     let mut made = Vec::new();
     for (number, tick) in ticks.iter().enumerate() {
         // what it writes down it does before it stores anything
         let whole = shared.log != 0;
         if whole && tick.chunk.nodes.len() > TRACED {
-            return Err("it is too long".into());
+            return Err(CompileError::FunctionTooLong);
         }
         made.push(match !whole && is_long(&tick.chunk, piece) {
             true => Some(Pieces::compile(&mut compiler, tick, number, piece, shared, &mut fresh)?),
@@ -249,12 +253,12 @@ impl Pieces {
         piece: usize,
         shared: Shared,
         mut fresh: impl FnMut() -> Half,
-    ) -> Result<Pieces, String> {
+    ) -> Result<Pieces, CompileError> {
         let plan = split(tick, piece, &mut fresh);
         let Same { calls, data, constants } = same(&tick.graph, &plan, fresh);
         let own = (0..).zip(&calls).zip(&plan.chunks).filter(|((at, call), _)| call.code == *at);
         if own.map(|(_, chunk)| chunk.nodes.len()).sum::<usize>() > OWN {
-            return Err("it is too long".into());
+            return Err(CompileError::FunctionTooLong);
         }
         let mut made: Vec<(FuncId, Vec<i64>)> = Vec::new();
         for (at, (call, chunk)) in calls.into_iter().zip(&plan.chunks).enumerate() {

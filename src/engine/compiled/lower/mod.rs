@@ -7,6 +7,7 @@ mod cells;
 pub(crate) mod four;
 pub(crate) mod layout;
 pub(crate) mod memory;
+pub(crate) mod support;
 mod wide;
 
 use std::collections::HashMap;
@@ -67,24 +68,6 @@ pub(crate) struct Lowered {
     pub next: Vec<Next>,
 }
 
-/// Why a cell cannot be compiled.
-pub(crate) fn unsupported(kind: &CellKind) -> Option<&'static str> {
-    match kind {
-        CellKind::Delay { .. } => Some("a delay"),
-        CellKind::RcDelay(_) => Some("an RC delay"),
-        CellKind::Power { width, b_width, .. } if *width.max(b_width) > 64 => Some("a power of more than 64 bits"),
-        CellKind::Memory(m) if m.writes.iter().any(|w| w.clock.is_none()) => Some("a memory that is written by level"),
-        CellKind::Multiply { a_width, b_width, .. } if a_width + b_width > wide::MOST_BITS => {
-            Some("a multiplier of more than 1024 bits")
-        }
-        CellKind::Divide { width, .. } if *width > wide::MOST_DIVIDED => Some("a divider of more than 128 bits"),
-        CellKind::Shift { a_width, width, .. } if *a_width.max(width) > wide::MOST_BITS => {
-            Some("a shifter of more than 1024 bits")
-        }
-        _ => None,
-    }
-}
-
 struct Lower<'n, P> {
     netlist: &'n Netlist,
     constants: &'n Constants,
@@ -93,9 +76,6 @@ struct Lower<'n, P> {
     ports: HashMap<CellId, Vec<Bits>>,
     out: Lowered,
 }
-
-/// Cells of a loop up to which it is compiled.
-pub(crate) const LOOP: usize = 16;
 
 /// Lowers a netlist, every cell of which is supported.
 pub(crate) fn lower(netlist: &Netlist, places: &impl Places) -> Lowered {

@@ -13,8 +13,9 @@ pub(crate) mod variants;
 use std::collections::HashMap;
 
 use crate::cell::{CellKind, Clock};
+use crate::engine::compiled::CompileError;
 use crate::engine::compiled::codegen;
-use crate::engine::compiled::lower::{self, layout};
+use crate::engine::compiled::lower::{layout, support};
 use crate::engine::{Engine, EventEngine, Log, UnknownControl, Unsettled};
 use crate::netlist::{NetId, Netlist};
 use crate::value::Word;
@@ -111,41 +112,13 @@ struct Source {
     next: u64,
 }
 
-/// The largest netlist that is compiled, in words of its nets: places are counted in 32 bits.
-pub(crate) const MOST_WORDS: usize = 1 << 22;
-/// The same for its memories.
-pub(crate) const MOST_CONTENTS: usize = 1 << 24;
-
 impl<'n> CompiledEngine<'n> {
     /// Whether the engine can run a netlist, and if not, why.
     ///
     /// # Errors
     /// What the netlist has that is not compiled.
-    pub fn supports(netlist: &Netlist) -> Result<(), String> {
-        let order = netlist.order();
-        let in_loops = order.groups.iter().flat_map(|g| &order.sequence[g.clone()]);
-        if let Some(cell) = in_loops.copied().find(|&c| matches!(netlist.cell(c).kind, CellKind::Memory(_))) {
-            return Err(format!("it has combinational feedback through a memory (`{}`)", netlist.cell_path(cell)));
-        }
-        if let Some(group) = order.groups.iter().find(|g| g.len() > lower::LOOP) {
-            let first = netlist.cell_path(order.sequence[group.start]);
-            return Err(format!("it has combinational feedback through {} cells (`{first}` …)", group.len()));
-        }
-        for id in netlist.cell_ids() {
-            if let Some(what) = lower::unsupported(&netlist.cell(id).kind) {
-                return Err(format!("it has {what} (`{}`)", netlist.cell_path(id)));
-            }
-        }
-        if netlist.nets().iter().map(|net| words(net.width)).sum::<usize>() > MOST_WORDS {
-            return Err(format!("its nets have more than {MOST_WORDS} words of 64 bits"));
-        }
-        let contents = netlist.cells().iter().map(|cell| match &cell.kind {
-            CellKind::Memory(memory) => memory.init.len(),
-            _ => 0,
-        });
-        if contents.sum::<usize>() > MOST_CONTENTS {
-            return Err(format!("its memories have more than {MOST_CONTENTS} words of 64 bits"));
-        }
+    pub fn supports(netlist: &Netlist) -> Result<(), CompileError> {
+        support::check(netlist)?;
         codegen::available()
     }
 
@@ -153,7 +126,7 @@ impl<'n> CompiledEngine<'n> {
     ///
     /// # Errors
     /// What the netlist has that is not compiled.
-    pub fn new(netlist: &'n Netlist) -> Result<CompiledEngine<'n>, String> {
+    pub fn new(netlist: &'n Netlist) -> Result<CompiledEngine<'n>, CompileError> {
         CompiledEngine::with_chunk(netlist, DEFAULT_CHUNK)
     }
 
@@ -161,7 +134,7 @@ impl<'n> CompiledEngine<'n> {
     ///
     /// # Errors
     /// What the netlist has that is not compiled.
-    pub fn with_chunk(netlist: &'n Netlist, chunk: usize) -> Result<CompiledEngine<'n>, String> {
+    pub fn with_chunk(netlist: &'n Netlist, chunk: usize) -> Result<CompiledEngine<'n>, CompileError> {
         CompiledEngine::supports(netlist)?;
         // slot 0 has the alarm
         let wiring = Wiring::new(netlist, 1);
@@ -234,7 +207,7 @@ impl<'n> CompiledEngine<'n> {
         from: &EventEngine,
         observed: &[NetId],
         traced: &[NetId],
-    ) -> Result<CompiledEngine<'n>, String> {
+    ) -> Result<CompiledEngine<'n>, CompileError> {
         let mut engine = CompiledEngine::new(netlist)?;
         let given = from.hand_over();
         for i in 0..engine.wiring.leaf_net.len() {

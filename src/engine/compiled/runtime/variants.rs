@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use crate::engine::Field;
+use crate::engine::compiled::CompileError;
 use crate::engine::compiled::codegen::machine::{Circle, Machine};
 use crate::engine::compiled::codegen::trace;
 use crate::engine::compiled::codegen::{self, Shared, dirty_bit};
@@ -99,7 +100,12 @@ const FUSED: usize = 400_000;
 impl Form {
     /// Compiles a form in which `unknown` slots of state, or all, may hold x or z. `end` is how many slots of memory are
     /// taken, and is moved.
-    pub fn new(netlist: &Netlist, w: &Wanted<'_>, unknown: Option<Vec<u32>>, end: &mut u32) -> Result<Form, String> {
+    pub fn new(
+        netlist: &Netlist,
+        w: &Wanted<'_>,
+        unknown: Option<Vec<u32>>,
+        end: &mut u32,
+    ) -> Result<Form, CompileError> {
         let may = |slot: u32| unknown.as_ref().is_none_or(|list| list.binary_search(&slot).is_ok());
         let lowered = lower(netlist, &StatePlaces { wiring: w.wiring, unknown: &may });
         let graph = &lowered.graph;
@@ -126,7 +132,7 @@ impl Form {
         let late = plan.chunks.len() - plan.settling;
         *end += (plan.settling.div_ceil(64) + late.div_ceil(64)) as u32 / 2 + 1;
         if *end > 1 << 26 {
-            return Err("it is too large".into());
+            return Err(CompileError::TooLarge);
         }
         let machine = codegen::compile(graph, &plan, Shared { dirty, ..w.shared })?;
         let (mut wakes_start, mut wakes) = (vec![0], Vec::new());
