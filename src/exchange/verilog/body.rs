@@ -79,8 +79,8 @@ impl Writer<'_> {
                 self.line(format!("/* verilator lint_on {lint} */"));
             }
         }
-        for (w, wire) in module.wires.iter().enumerate().filter(|(_, wire)| wire.block == block) {
-            self.alias(w, &wire.bits);
+        for w in (0..module.wires.len()).filter(|&w| module.wires[w].block == block) {
+            self.alias(w);
         }
         for (c, cell) in module.cells.iter().enumerate().filter(|(_, c)| c.block == block) {
             match self.closing[c] {
@@ -126,24 +126,8 @@ impl Writer<'_> {
     }
 
     /// What a wire shows of others.
-    fn alias(&mut self, w: usize, bits: &[Piece]) {
-        let mut at = 0;
-        let mut run: Vec<Piece> = Vec::new();
-        let mut runs: Vec<(u32, Vec<Piece>)> = Vec::new();
-        for piece in bits {
-            if matches!(piece, Piece::Wire { wire, .. } if *wire == w) {
-                if !run.is_empty() {
-                    runs.push((at - super::text::width(&run), std::mem::take(&mut run)));
-                }
-            } else {
-                run.push(piece.clone());
-            }
-            at += piece.width();
-        }
-        if !run.is_empty() {
-            runs.push((at - super::text::width(&run), run));
-        }
-        for (lo, run) in runs {
+    fn alias(&mut self, w: usize) {
+        for (lo, run) in self.module.wires[w].shown_of_others(w) {
             let to = self.select(w, lo, super::text::width(&run));
             let from = self.text_of(&run);
             self.line(format!("assign {to} = {from};"));

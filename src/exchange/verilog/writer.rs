@@ -115,8 +115,7 @@ impl<'h> Writer<'h> {
             }
         }
         for (w, wire) in module.wires.iter().enumerate() {
-            let other = |p: &Piece| !matches!(p, Piece::Wire { wire, .. } if *wire == w);
-            let others: Vec<Piece> = wire.bits.iter().filter(|p| other(p)).cloned().collect();
+            let others: Vec<Piece> = wire.shown_of_others(w).into_iter().flat_map(|(_, run)| run).collect();
             each(&others, false);
             if !others.is_empty() {
                 let this = Piece::Wire { wire: w, lo: 0, width: 1 };

@@ -79,6 +79,27 @@ pub struct Wire {
     source: Option<Source>,
 }
 
+impl Wire {
+    /// What it shows of other bits, in runs, each with the place of its lowest bit; `this` is its own place among the
+    /// module's wires. Others may be bits of its own that stand elsewhere in it: an output may repeat a bit.
+    #[must_use]
+    pub fn shown_of_others(&self, this: usize) -> Vec<(u32, Vec<Piece>)> {
+        let mut runs: Vec<(u32, Vec<Piece>)> = Vec::new();
+        let (mut at, mut follows) = (0, false);
+        for piece in &self.bits {
+            let stands = matches!(piece, Piece::Wire { wire, lo, .. } if (*wire, *lo) == (this, at));
+            match runs.last_mut().filter(|_| follows && !stands) {
+                Some((_, run)) => run.push(piece.clone()),
+                None if !stands => runs.push((at, vec![piece.clone()])),
+                None => {}
+            }
+            follows = !stands;
+            at += piece.width();
+        }
+        runs
+    }
+}
+
 /// A cell.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Cell {
