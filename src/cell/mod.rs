@@ -475,8 +475,9 @@ impl CellKind {
     #[must_use]
     pub fn edge_at(&self, pin: usize, bit: u32) -> Option<Edge> {
         match (self, pin) {
-            (CellKind::Memory(m), 0) => m.reads[bit as usize].clock,
-            (CellKind::Memory(m), 5) => m.writes[bit as usize].clock,
+            // without ports the pin has no bits
+            (CellKind::Memory(m), 0) => m.reads.get(bit as usize)?.clock,
+            (CellKind::Memory(m), 5) => m.writes.get(bit as usize)?.clock,
             _ => self.edge().filter(|_| self.inputs()[pin].role == Role::Clock),
         }
     }

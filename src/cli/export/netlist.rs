@@ -17,7 +17,8 @@ type Names = IndexMap<String, Json>;
 
 /// The Yosys netlist of what `path` names, with its default scenario or that of the scenario file.
 pub(super) fn yosys_json(loader: &mut Loader, path: &Path, parameters: &[Assignment]) -> Option<String> {
-    let circuit = circuit_of(loader, path, parameters)?;
+    // of a faulty circuit only a part may be there
+    let circuit = circuit_of(loader, path, parameters).filter(|_| !loader.diagnostics.has_errors())?;
     let base = circuit.simulation_span.map(|span| loader.sources.slice(span).to_owned());
     let own = if is_scenario(loader, path) {
         loader.read(path).ok().and_then(|file| own_scenario(loader.sources.text(file)))

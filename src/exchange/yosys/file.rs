@@ -110,6 +110,8 @@ pub struct Port<'a> {
     pub direction: Option<Term>,
     /// Its bits, the least significant first.
     pub bits: Range,
+    /// Whether the file says which bits, even if none.
+    pub has_bits: bool,
     /// Two's complement.
     pub signed: bool,
     /// The index of bit 0.

@@ -204,6 +204,25 @@ impl<'f, 'a> Import<'f, 'a> {
         }
     }
 
+    /// Says which ports of a module are not whole.
+    fn check_ports(&mut self, module: &'f Module<'a>) {
+        for port in &module.ports {
+            if self.direction(port).is_none() {
+                let message = match port.direction.map(|d| self.file.terms.text(d)) {
+                    Some(found) => format!("port `{}` of `{}` cannot go `{found}`", port.name, module.name),
+                    None => format!("port `{}` of `{}` has no `direction`", port.name, module.name),
+                };
+                let fault = Diagnostic::new(Code::WrongType, message);
+                self.diagnostics.push(fault.at(self.span_of(&port.name), "input, output or inout"));
+            }
+            if !port.has_bits {
+                let message = format!("port `{}` of `{}` has no `bits`", port.name, module.name);
+                let fault = Diagnostic::new(Code::MissingField, message).at(self.span_of(&port.name), "");
+                self.diagnostics.push(fault.help("list its bits: `\"bits\": [ 2 ]`"));
+            }
+        }
+    }
+
     fn top_ports(&mut self, here: &mut Here<'f, 'a>) {
         let named = here.module.nets.iter().filter(|net| !net.values.is_empty());
         let named: HashMap<&str, &Net<'a>> = named.map(|net| (net.name.as_ref(), net)).collect();
@@ -224,12 +243,8 @@ impl<'f, 'a> Import<'f, 'a> {
         for port in here.module.ports.iter().filter(|p| !p.bits.is_empty()) {
             match self.direction(port) {
                 Some(Direction::Input | Direction::Inout) => continue,
-                Some(Direction::Output) => {}
-                None => {
-                    let found = port.direction.map_or("nothing", |d| self.file.terms.text(d)).to_owned();
-                    let fault = Diagnostic::new(Code::WrongType, format!("a port cannot go `{found}`"));
-                    self.diagnostics.push(fault.at(self.span_of(&port.name), "input, output or inout"));
-                }
+                // one that goes nowhere is told of already
+                Some(Direction::Output) | None => {}
             }
             self.own_constants = false;
             let bus = self.bus(here, here.module.bits(port.bits));

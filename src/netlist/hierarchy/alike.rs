@@ -65,8 +65,8 @@ impl Build<'_, '_> {
                 .all(|(&x, &y)| same(x, y) && self.of_scope[x.index()] == self.of_scope[y.index()])
     }
 
-    /// Whether an instance is one of a module.
-    pub fn is_of(&mut self, scope: ScopeId, module: usize) -> bool {
+    /// Whether an instance is one of a module. What module it would be by itself is left in `own` where that had to be made.
+    pub fn is_of(&mut self, scope: ScopeId, module: usize, own: &mut Option<Module>) -> bool {
         let rep = self.modules[module].scope;
         if !self.is_alike(rep, scope) {
             return false;
@@ -74,14 +74,14 @@ impl Build<'_, '_> {
         if self.home(scope).crossing.is_empty() && self.home(rep).crossing.is_empty() {
             return self.fits(scope, &self.modules[module]);
         }
-        let own = self.module(scope);
+        let own = &*own.get_or_insert_with(|| self.module(scope));
         let there = &self.modules[module];
         let pins = |m: &Module| -> Vec<_> { m.cells.iter().map(|c| (c.inputs.clone(), c.outputs.clone())).collect() };
         let wires = |m: &Module| -> Vec<_> {
             m.wires.iter().map(|w| (w.name.clone(), w.block, w.width, w.port, w.bits.clone())).collect()
         };
         let ports = |m: &Module| -> Vec<_> { m.instances.iter().map(|i| i.ports.clone()).collect() };
-        pins(&own) == pins(there) && wires(&own) == wires(there) && ports(&own) == ports(there)
+        pins(own) == pins(there) && wires(own) == wires(there) && ports(own) == ports(there)
     }
 
     /// Whether a module's cells, connected as an instance with the same members is, are that instance's cells.

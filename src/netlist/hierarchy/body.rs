@@ -41,9 +41,11 @@ pub(super) fn recover(netlist: &Netlist) -> Hierarchy {
         let scope = ScopeId::new(i);
         let shape = build.shape(scope);
         let candidates = known.entry(shape).or_default();
-        let found = candidates.iter().copied().find(|&m| build.is_of(scope, m));
+        // made once at most: the second time its bits would be claimed already
+        let mut own = None;
+        let found = candidates.iter().copied().find(|&m| build.is_of(scope, m, &mut own));
         let module = found.unwrap_or_else(|| {
-            let module = build.module(scope);
+            let module = own.take().unwrap_or_else(|| build.module(scope));
             build.modules.push(module);
             candidates.push(build.modules.len() - 1);
             build.modules.len() - 1

@@ -242,7 +242,8 @@ impl<'de> Fields<'de> for Ports<'_, '_, 'de> {
     const WHAT: &'static str = "an object of ports";
 
     fn field<A: MapAccess<'de>>(&mut self, _: &str, name: Cow<'de, str>, map: &mut A) -> Result<(), A::Error> {
-        let port = Port { name, direction: None, bits: Range::default(), signed: false, offset: 0, upto: false };
+        let bits = Range::default();
+        let port = Port { name, direction: None, bits, has_bits: false, signed: false, offset: 0, upto: false };
         let mut port = InPort(self.0, port);
         map.next_value_seed(Object(&mut port))?;
         let port = port.1;
@@ -259,7 +260,10 @@ impl<'de> Fields<'de> for &mut InPort<'_, '_, 'de> {
     fn field<A: MapAccess<'de>>(&mut self, key: &str, _: Cow<'de, str>, map: &mut A) -> Result<(), A::Error> {
         match key {
             "direction" => self.1.direction = Some(self.0.terms.add(map.next_value::<Text>()?.0)),
-            "bits" => self.1.bits = self.0.bits(map)?,
+            "bits" => {
+                self.1.bits = self.0.bits(map)?;
+                self.1.has_bits = true;
+            }
             "signed" => self.1.signed = map.next_value::<i64>()? != 0,
             "offset" => self.1.offset = map.next_value()?,
             "upto" => self.1.upto = map.next_value::<i64>()? != 0,

@@ -69,6 +69,7 @@ impl<'f, 'a> Import<'f, 'a> {
         let file = self.file;
         let module = &file.modules[number];
         if self.plans[number].is_none() {
+            self.check_ports(module);
             let index = Index::new(module);
             let mut init = Vec::new();
             for net in &module.nets {
