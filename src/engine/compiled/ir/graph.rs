@@ -4,8 +4,24 @@
 //! what they can; with every unknown plane the constant 0, what is left of four-valued logic is the two-valued one. This
 //! file knows no netlist and no machine.
 
-/// A node of a [`Graph`]. Operands have smaller numbers than what uses them.
-pub(crate) type Id = u32;
+/// The number of a node of a [`Graph`]. Operands have smaller numbers than what uses them.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub(crate) struct Id(u32);
+
+impl Id {
+    /// No node: for dense tables in which most entries have one.
+    pub const NONE: Id = Id(u32::MAX);
+
+    /// The node of a place in a table that has an entry for each node.
+    pub fn at(index: usize) -> Id {
+        Id(u32::try_from(index).expect("graphs are limited to fewer nodes"))
+    }
+
+    /// Its place in a table that has an entry for each node.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
 
 /// What a node computes, on 64 bits. Comparisons give 0 or 1.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -114,17 +130,23 @@ impl Graph {
         Graph { factors: true, ..Graph::default() }
     }
 
+    /// How many nodes there are.
     pub fn len(&self) -> usize {
         self.ops.len()
     }
 
+    /// All nodes, operands before what uses them.
+    pub fn ids(&self) -> impl DoubleEndedIterator<Item = Id> + use<> {
+        (0..self.ops.len()).map(Id::at)
+    }
+
     pub fn op(&self, id: Id) -> Op {
-        self.ops[id as usize]
+        self.ops[id.index()]
     }
 
     /// The bits of a node that may be 1.
     pub fn may(&self, id: Id) -> u64 {
-        self.may[id as usize]
+        self.may[id.index()]
     }
 
     pub fn value(&self, id: Id) -> Option<u64> {
@@ -143,7 +165,7 @@ impl Graph {
         *self.known.entry(op).or_insert_with(|| {
             ops.push(op);
             list.push(may);
-            ops.len() as Id - 1
+            Id::at(ops.len() - 1)
         })
     }
 

@@ -20,8 +20,8 @@ impl Random {
 /// What every node is where memory holds these halves.
 pub(crate) fn values(g: &Graph, memory: &[u64]) -> Vec<u64> {
     let mut all: Vec<u64> = Vec::new();
-    for n in 0..g.len() as Id {
-        let v = |id: Id| all[id as usize];
+    for n in g.ids() {
+        let v = |id: Id| all[id.index()];
         let value = match g.op(n) {
             Op::Const(n) => n,
             Op::Load(half) => memory[half as usize],

@@ -20,7 +20,7 @@ pub(crate) struct Part {
 /// several of one size.
 pub(crate) fn parts(tick: &Tick, least: usize) -> Vec<Part> {
     let Tick { graph, chunk, .. } = tick;
-    let mut of = Joined { next: (0..graph.len() as Id).collect() };
+    let mut of = Joined { next: graph.ids().collect() };
     // what reads and writes a memory belongs together
     let mut memories: Map<u32, Id> = Map::default();
     let inner = |node: &Id| !graph.op(*node).is_leaf();
@@ -84,15 +84,15 @@ struct Joined {
 impl Joined {
     /// The first of the nodes that one is joined with.
     fn first(&mut self, mut node: Id) -> Id {
-        while self.next[node as usize] != node {
-            self.next[node as usize] = self.next[self.next[node as usize] as usize];
-            node = self.next[node as usize];
+        while self.next[node.index()] != node {
+            self.next[node.index()] = self.next[self.next[node.index()].index()];
+            node = self.next[node.index()];
         }
         node
     }
 
     fn join(&mut self, a: Id, b: Id) {
         let (a, b) = (self.first(a), self.first(b));
-        self.next[a.max(b) as usize] = a.min(b);
+        self.next[a.max(b).index()] = a.min(b);
     }
 }

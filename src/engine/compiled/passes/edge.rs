@@ -23,7 +23,6 @@ use crate::netlist::Netlist;
 const ROUNDS: usize = 8;
 /// Nodes above which a tick is not worth being one piece.
 const LIMIT: usize = 400_000;
-const NONE: Id = Id::MAX;
 
 /// A tick: a graph, and the one chunk of it.
 #[derive(Debug)]
@@ -74,7 +73,7 @@ pub(crate) fn fuse(source: &Source<'_>) -> Option<Tick> {
         state: Map::default(),
         puts: Vec::new(),
         alarms: Map::default(),
-        memo: vec![NONE; n],
+        memo: vec![Id::NONE; n],
         affected: vec![false; n],
         aborts: Vec::new(),
     };
@@ -242,7 +241,7 @@ impl Fuse<'_> {
 
     fn touches(&self, bit: Bit) -> bool {
         let Two { v, u } = self.word(bit);
-        self.affected[v as usize] || self.affected[u as usize]
+        self.affected[v.index()] || self.affected[u.index()]
     }
 
     /// New state; where it is taken to be known, it is to be that, at least if anything reads it in this tick.
@@ -305,7 +304,7 @@ impl Fuse<'_> {
             self.out.bits(word, bit.lo % 64, 1)
         });
         let values = values.collect();
-        self.memo.fill(NONE);
+        self.memo.fill(Id::NONE);
         values
     }
 
@@ -326,32 +325,32 @@ impl Fuse<'_> {
         let (state, contents): (Vec<u32>, Vec<u32>) =
             changed.iter().partition(|slot| self.s.wiring.leaves.contains(slot));
         state.iter().for_each(|&slot| is_changed[(slot - first) as usize] = true);
-        for node in 0..graph.len() as Id {
+        for node in graph.ids() {
             let is = match graph.op(node) {
                 Op::Const(_) => false,
                 Op::Load(half) => is_changed[(half / 2 - first) as usize],
-                Op::Element { slot, index, .. } => contents.contains(&slot) || self.affected[index as usize],
-                op => op.operands().any(|o| self.affected[o as usize]),
+                Op::Element { slot, index, .. } => contents.contains(&slot) || self.affected[index.index()],
+                op => op.operands().any(|o| self.affected[o.index()]),
             };
-            self.affected[node as usize] = is;
+            self.affected[node.index()] = is;
         }
     }
 
     fn forget(&mut self) {
-        self.memo.iter_mut().zip(&self.affected).filter(|(_, a)| **a).for_each(|(m, _)| *m = NONE);
+        self.memo.iter_mut().zip(&self.affected).filter(|(_, a)| **a).for_each(|(m, _)| *m = Id::NONE);
     }
 
     /// Takes state whose controls have not changed as it stands.
     fn keep_levels(&mut self) {
         for level in &self.s.lowered.levels {
-            if level.needs.iter().any(|&n| self.affected[n as usize]) {
+            if level.needs.iter().any(|&n| self.affected[n.index()]) {
                 continue;
             }
             for (slot, two) in (level.slot..).zip(&level.value) {
                 let held = self.held(slot);
                 for (node, value) in [(two.v, held.v), (two.u, held.u)] {
                     if !self.s.lowered.graph.op(node).is_leaf() {
-                        self.memo[node as usize] = value;
+                        self.memo[node.index()] = value;
                     }
                 }
             }
@@ -370,14 +369,14 @@ impl Fuse<'_> {
             for (slot, two) in (slot..).zip(&self.s.lowered.nets[net.index()]) {
                 for (half, node) in [(2 * slot, two.v), (2 * slot + 1, two.u)] {
                     let graph = &self.s.lowered.graph;
-                    if !ever[node as usize] && !graph.op(node).is_leaf() && self.memo[node as usize] == NONE {
-                        self.memo[node as usize] = self.out.load(half, graph.may(node));
+                    if !ever[node.index()] && !graph.op(node).is_leaf() && self.memo[node.index()] == Id::NONE {
+                        self.memo[node.index()] = self.out.load(half, graph.may(node));
                     }
                 }
             }
         }
         for level in &self.s.lowered.levels {
-            if !level.needs.iter().any(|&n| self.affected[n as usize]) {
+            if !level.needs.iter().any(|&n| self.affected[n.index()]) {
                 continue;
             }
             for (slot, two) in (level.slot..).zip(&level.value) {
@@ -397,13 +396,13 @@ impl Fuse<'_> {
         let graph = &self.s.lowered.graph;
         let mut stack = vec![node];
         while let Some(&at) = stack.last() {
-            if self.memo[at as usize] != NONE {
+            if self.memo[at.index()] != Id::NONE {
                 stack.pop();
                 continue;
             }
             let op = graph.op(at);
             let before = stack.len();
-            stack.extend(op.operands().filter(|&o| self.memo[o as usize] == NONE));
+            stack.extend(op.operands().filter(|&o| self.memo[o.index()] == Id::NONE));
             if stack.len() > before {
                 continue;
             }
@@ -412,16 +411,16 @@ impl Fuse<'_> {
                 Op::Load(half) => self.half(half, graph.may(at)),
                 Op::Element { slot, index, size, plane } => {
                     let e = Element { slot, size, plane, may: graph.may(at) };
-                    fetch_after(&mut self.out, &self.puts, e, self.memo[index as usize])
+                    fetch_after(&mut self.out, &self.puts, e, self.memo[index.index()])
                 }
                 op => {
                     let memo = &self.memo;
-                    self.out.rebuild(op, graph.may(at), |o| memo[o as usize])
+                    self.out.rebuild(op, graph.may(at), |o| memo[o.index()])
                 }
             };
-            self.memo[at as usize] = made;
+            self.memo[at.index()] = made;
         }
-        self.memo[node as usize]
+        self.memo[node.index()]
     }
 
     /// What is left in memory.
@@ -454,7 +453,7 @@ impl Fuse<'_> {
             }
             for (slot, two) in (slot..).zip(values) {
                 for (half, node) in [(2 * slot, two.v), (2 * slot + 1, two.u)] {
-                    if ever[node as usize] {
+                    if ever[node.index()] {
                         let node = self.map(node);
                         stores.push(store(node, half, bit));
                     }
@@ -486,17 +485,16 @@ impl Fuse<'_> {
         let record = Record::new(traced, &stores, input, self.s.level);
         // the nodes that this needs, in order
         let mut needed = vec![false; self.out.len()];
-        stores.iter().for_each(|s| needed[s.node as usize] = true);
-        self.aborts.iter().for_each(|&a| needed[a as usize] = true);
+        stores.iter().for_each(|s| needed[s.node.index()] = true);
+        self.aborts.iter().for_each(|&a| needed[a.index()] = true);
         let puts = std::mem::take(&mut self.puts);
-        puts.iter().flat_map(Put::nodes).for_each(|n| needed[n as usize] = true);
-        for node in (0..self.out.len() as Id).rev() {
-            if needed[node as usize] {
-                self.out.op(node).operands().for_each(|o| needed[o as usize] = true);
+        puts.iter().flat_map(Put::nodes).for_each(|n| needed[n.index()] = true);
+        for node in self.out.ids().rev() {
+            if needed[node.index()] {
+                self.out.op(node).operands().for_each(|o| needed[o.index()] = true);
             }
         }
-        let nodes: Vec<Id> =
-            (0..self.out.len() as Id).filter(|&n| needed[n as usize] && !self.out.op(n).is_leaf()).collect();
+        let nodes: Vec<Id> = self.out.ids().filter(|&n| needed[n.index()] && !self.out.op(n).is_leaf()).collect();
         let chunk = Chunk { nodes, stores, group: None, aborts: std::mem::take(&mut self.aborts), puts };
         (chunk.nodes.len() <= LIMIT).then(|| Tick { graph: std::mem::take(&mut self.out), chunk, record })
     }

@@ -40,12 +40,12 @@ impl Walk<'_> {
     fn visit(&mut self, root: Id, stack: &mut Vec<(Id, bool)>) {
         stack.push((root, false));
         while let Some((node, ready)) = stack.pop() {
-            if self.chunk_of[node as usize] != NONE || self.graph.op(node).is_leaf() {
+            if self.chunk_of[node.index()] != NONE || self.graph.op(node).is_leaf() {
                 continue;
             }
             if ready {
                 let chunk = self.current();
-                self.chunk_of[node as usize] = chunk;
+                self.chunk_of[node.index()] = chunk;
                 self.plan.chunks[chunk as usize].nodes.push(node);
                 continue;
             }
@@ -80,7 +80,7 @@ pub(crate) fn plan(
             }
             w.group = root.group;
             w.visit(root.node, &mut stack);
-            let chunk = match w.chunk_of[root.node as usize] {
+            let chunk = match w.chunk_of[root.node.index()] {
                 NONE => w.current(),
                 // what was computed for settling may be wanted again before an edge
                 chunk if late && (chunk as usize) < w.plan.settling => w.current(),
@@ -96,7 +96,7 @@ pub(crate) fn plan(
         let list = match graph.op(node) {
             Op::Const(_) => return,
             Op::Load(half) => readers.entry(half / 2).or_default(),
-            _ if chunk_of[node as usize] == by => return,
+            _ if chunk_of[node.index()] == by => return,
             _ => uses.entry(node).or_default(),
         };
         if list.last() != Some(&by) {
@@ -123,7 +123,7 @@ pub(crate) fn plan(
         list.dedup();
     }
     for (chunk, root) in placed {
-        let own = chunk_of[root.node as usize] == chunk;
+        let own = chunk_of[root.node.index()] == chunk;
         let mut wakes = Vec::new();
         if root.shared && own && !plan.place.contains_key(&root.node) {
             plan.place.insert(root.node, root.half);
@@ -145,7 +145,7 @@ pub(crate) fn plan(
         let half = fresh();
         plan.place.insert(node, half);
         let store = Store { compared: true, wakes, ..Store::plain(node, half) };
-        plan.chunks[chunk_of[node as usize] as usize].stores.push(store);
+        plan.chunks[chunk_of[node.index()] as usize].stores.push(store);
     }
     plan
 }

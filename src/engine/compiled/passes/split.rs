@@ -48,12 +48,12 @@ pub(crate) fn split(tick: &Tick, limit: usize, mut fresh: impl FnMut() -> Half) 
     // what is used in a later piece than its own
     let mut place: Map<Id, Half> = Map::default();
     let mut lay = |node: Id, by: u32, pieces: &mut Vec<Chunk>| {
-        if tick.graph.op(node).is_leaf() || piece[node as usize] == by || place.contains_key(&node) {
+        if tick.graph.op(node).is_leaf() || piece[node.index()] == by || place.contains_key(&node) {
             return;
         }
         let half = fresh();
         place.insert(node, half);
-        pieces[piece[node as usize] as usize].stores.push(Store::plain(node, half));
+        pieces[piece[node.index()] as usize].stores.push(Store::plain(node, half));
     };
     for by in 0..pieces.len() as u32 {
         let nodes = std::mem::take(&mut pieces[by as usize].nodes);
@@ -65,7 +65,7 @@ pub(crate) fn split(tick: &Tick, limit: usize, mut fresh: impl FnMut() -> Half) 
     }
     for &abort in aborts {
         // what is a leaf has no piece
-        let at = if piece[abort as usize] == NONE { 0 } else { piece[abort as usize] };
+        let at = if piece[abort.index()] == NONE { 0 } else { piece[abort.index()] };
         pieces[at as usize].aborts.push(abort);
     }
     for (store, &at) in stores.iter().zip(&store_at) {
@@ -107,7 +107,7 @@ impl Split<'_> {
             if self.tick.graph.op(node).is_leaf() || seen.insert(node, ()).is_some() {
                 continue;
             }
-            match self.piece[node as usize] {
+            match self.piece[node.index()] {
                 NONE => {
                     new.push(node);
                     stack.extend(self.tick.graph.op(node).operands());
@@ -120,7 +120,7 @@ impl Split<'_> {
             return there;
         }
         let nodes = &mut self.pieces[at as usize].nodes;
-        new.iter().for_each(|&node| self.piece[node as usize] = at);
+        new.iter().for_each(|&node| self.piece[node.index()] = at);
         nodes.extend(new);
         if at == last && nodes.len() >= self.limit {
             self.pieces.push(Chunk::default());

@@ -245,7 +245,7 @@ impl Shape<'_> {
                 op => Part::Node(op.with(|o| self.numbers[&o])),
             };
             self.parts.push(part);
-            self.numbers.insert(at, self.numbers.len() as Id);
+            self.numbers.insert(at, Id::at(self.numbers.len()));
         }
         self.numbers[&root]
     }

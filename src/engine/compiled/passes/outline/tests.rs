@@ -104,21 +104,21 @@ fn tick(recipe: &Recipe, odd: usize) -> Tick {
     (0..PARTS).for_each(|number| part(recipe, number, number == odd, &mut tick));
     let mut needed = vec![false; tick.graph.len()];
     let roots = tick.chunk.stores.iter().map(|s| s.node).chain(tick.chunk.puts.iter().flat_map(Put::nodes));
-    roots.chain(tick.chunk.aborts.iter().copied()).for_each(|node| needed[node as usize] = true);
-    for node in (0..tick.graph.len() as Id).rev() {
-        if needed[node as usize] {
-            tick.graph.op(node).operands().for_each(|o| needed[o as usize] = true);
+    roots.chain(tick.chunk.aborts.iter().copied()).for_each(|node| needed[node.index()] = true);
+    for node in tick.graph.ids().rev() {
+        if needed[node.index()] {
+            tick.graph.op(node).operands().for_each(|o| needed[o.index()] = true);
         }
     }
-    let is_needed = |&node: &Id| needed[node as usize] && !tick.graph.op(node).is_leaf();
-    tick.chunk.nodes = (0..tick.graph.len() as Id).filter(is_needed).collect();
+    let is_needed = |&node: &Id| needed[node.index()] && !tick.graph.op(node).is_leaf();
+    tick.chunk.nodes = tick.graph.ids().filter(is_needed).collect();
     tick
 }
 
 /// What a tick leaves in memory, by the meaning of it alone, and whether it may be followed by another; none if it is left.
 fn made(tick: &Tick, memory: &mut [u64]) -> Option<bool> {
     let now = values(&tick.graph, memory);
-    let is = |node: Id| now[node as usize];
+    let is = |node: Id| now[node.index()];
     if tick.chunk.aborts.iter().any(|&abort| is(abort) != 0) {
         return None;
     }

@@ -40,9 +40,9 @@ impl Chain {
     /// Whether it is but an AND or an OR of many bits, of which hardly anything is used before the last: a comparison does
     /// better than an addition. `uses` counts how often each node is used.
     pub fn is_tree(&self, g: &Graph, uses: &[u32]) -> bool {
-        let plain = |s: &Stage| uses[s.sum as usize] == 0 || g.op(s.sum).is_leaf();
+        let plain = |s: &Stage| uses[s.sum.index()] == 0 || g.op(s.sum).is_leaf();
         let (last, before) = self.stages.split_last().expect("a chain has stages");
-        let other = before.iter().filter(|s| !plain(s) || uses[s.out as usize] > 1).count();
+        let other = before.iter().filter(|s| !plain(s) || uses[s.out.index()] > 1).count();
         let all = |is: &dyn Fn(&Stage) -> bool| self.stages.iter().all(is);
         plain(last) && 4 * other < before.len() && (all(&|s| g.is(s.make, 0)) || all(&|s| g.is(s.kill, 1)))
     }
@@ -61,14 +61,14 @@ impl Stage {
 
 /// What a node looks like from above: the operations down to some depth, whatever they read.
 pub(crate) fn looks(g: &Graph, depth: u32) -> Vec<u32> {
-    let mut now: Vec<u32> = (0..g.len() as Id).map(|n| kind(g, n)).collect();
+    let mut now: Vec<u32> = g.ids().map(|n| kind(g, n)).collect();
     for _ in 0..depth {
-        let next = (0..g.len() as Id).map(|n| {
+        let next = g.ids().map(|n| {
             let op = g.op(n);
             if kind(g, n) <= 1 {
-                return now[n as usize];
+                return now[n.index()];
             }
-            let mut operands: Vec<u32> = op.operands().map(|o| now[o as usize]).collect();
+            let mut operands: Vec<u32> = op.operands().map(|o| now[o.index()]).collect();
             if matches!(op, Op::And(..) | Op::Or(..) | Op::Xor(..) | Op::Add(..)) {
                 operands.sort_unstable();
             }
@@ -129,7 +129,7 @@ fn ways(g: &Graph, looks: &[u32], n: Id, depth: u32, so_far: u32, out: &mut Vec<
     if g.may(n) != 1 || depth == 0 {
         return;
     }
-    let of = |o: Id| looks[o as usize];
+    let of = |o: Id| looks[o.index()];
     let mut step = |to: Id, what: (u8, u32, u32)| {
         let now = digest(&(so_far, what));
         out.push((to, now));
@@ -192,7 +192,7 @@ pub(crate) fn find(g: &mut Graph, lanes: &Map<Half, u8>) -> Vec<Chain> {
     // for each node and way how far it goes on like that, and where it leads
     let mut runs: Map<(Id, u32), (u32, Id)> = Map::default();
     let mut found = Vec::new();
-    for n in 0..g.len() as Id {
+    for n in g.ids() {
         found.clear();
         ways(g, &shapes, n, DEPTH, 0, &mut found);
         for &(to, way) in found.iter().filter(|f| g.may(f.0) == 1) {

@@ -27,7 +27,6 @@ type Lanes = Vec<(u8, Id)>;
 
 /// The deepest logic that is packed.
 const DEEPEST: u32 = 300;
-const NONE: Id = Id::MAX;
 
 /// Nodes that may be looked at in finding the chains that are worth it.
 pub(crate) const TRIALS: usize = 1 << 17;
@@ -45,6 +44,33 @@ pub(crate) struct Packed {
     /// For nodes of the step the node here that is the same, or has it in a lane.
     #[cfg(test)]
     pub same: Vec<(Id, Id, Option<u8>)>,
+}
+
+/// What operations that share a word have in common.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+enum Class {
+    And,
+    AndNot,
+    Or,
+    Not,
+    Xor,
+    /// Multiplexers with this select.
+    Select(Id),
+}
+
+/// Where bits come from that one operation can bring into their lanes together.
+#[derive(PartialEq, Eq, Hash)]
+enum Source {
+    /// Out of a carry chain.
+    Chain(u32),
+    /// A word of the graph, and by how many lanes it is to be shifted.
+    Bit(Id, u8),
+    /// A word that is made already, and by how many lanes it is to be shifted.
+    Home(Id, u8),
+    /// Operations of one class on one level, which may become a word.
+    Class(Class, u32),
+    /// Nothing else.
+    Alone(Id),
 }
 
 struct Pack<'g> {
@@ -113,8 +139,8 @@ fn attempt(step: &Step, uses: &[u32], places: &[Place], chains: &[Chain], least:
         looks: chains::looks(g, 3),
         levels,
         uses: uses.to_vec(),
-        homes: vec![(NONE, 0); g.len()],
-        scalars: vec![NONE; g.len()],
+        homes: vec![(Id::NONE, 0); g.len()],
+        scalars: vec![Id::NONE; g.len()],
         words: Map::default(),
         made: vec![false; chains.len()],
         chains,
@@ -133,7 +159,7 @@ fn attempt(step: &Step, uses: &[u32], places: &[Place], chains: &[Chain], least:
         for &(lane, half) in &place.lanes {
             in_group.insert(half, ());
             if let Some(&load) = loads.get(&half) {
-                p.homes[load as usize] = (word, lane);
+                p.homes[load.index()] = (word, lane);
             }
         }
         roots.push((place.word, place.lanes.iter().map(|&(lane, half)| (lane, next[&half])).collect()));
@@ -162,9 +188,10 @@ fn attempt(step: &Step, uses: &[u32], places: &[Place], chains: &[Chain], least:
     });
     let puts = puts.collect();
     #[cfg(test)]
-    let same = (0..g.len() as Id)
-        .flat_map(|n| [(n, p.scalars[n as usize], None), (n, p.homes[n as usize].0, Some(p.homes[n as usize].1))])
-        .filter(|s| s.1 != NONE)
+    let same = g
+        .ids()
+        .flat_map(|n| [(n, p.scalars[n.index()], None), (n, p.homes[n.index()].0, Some(p.homes[n.index()].1))])
+        .filter(|s| s.1 != Id::NONE)
         .collect();
     Some(Packed {
         #[cfg(test)]
@@ -204,12 +231,12 @@ fn level(g: &Graph, chains: &[Chain]) -> Vec<u32> {
             };
             if at >= n {
                 let Chain { base, stages } = &chains[at - n];
-                look(*base as usize);
-                stages.iter().flat_map(|s| [s.kill, s.make]).for_each(|o| look(o as usize));
-            } else if let Some(&chain) = of.get(&(at as Id)) {
+                look(base.index());
+                stages.iter().flat_map(|s| [s.kill, s.make]).for_each(|o| look(o.index()));
+            } else if let Some(&chain) = of.get(&Id::at(at)) {
                 look(n + chain);
             } else {
-                g.op(at as Id).operands().for_each(|o| look(o as usize));
+                g.op(Id::at(at)).operands().for_each(|o| look(o.index()));
             }
             if stack.len() == before {
                 levels[at] = top;
@@ -237,27 +264,27 @@ impl Pack<'_> {
     /// Whether somebody has the sum of a stage.
     fn has_sum(&self, stage: &chains::Stage) -> bool {
         let sum = stage.sum;
-        self.uses[sum as usize] > 0 && self.g.may(sum) == 1 && !self.g.op(sum).is_leaf()
+        self.uses[sum.index()] > 0 && self.g.may(sum) == 1 && !self.g.op(sum).is_leaf()
     }
 
     /// Where a bit lies, if it has a lane of a word, or will have as soon as its chain is made.
     fn home(&mut self, node: Id) -> Option<(Id, u8)> {
-        if self.homes[node as usize].0 == NONE {
+        if self.homes[node.index()].0 == Id::NONE {
             if let Some(&chain) = self.of_chain.get(&node) {
                 self.chain(chain as usize);
             } else if let Some((word, lane)) = bit_of(self.g, node)
                 && self.g.may(word) > 1
             {
-                self.homes[node as usize] = (self.bit(word), lane);
+                self.homes[node.index()] = (self.bit(word), lane);
             }
         }
-        Some(self.homes[node as usize]).filter(|h| h.0 != NONE)
+        Some(self.homes[node.index()]).filter(|h| h.0 != Id::NONE)
     }
 
     /// The lane in which a node best lies: that of some bit below it.
     fn hint(&self, node: Id, depth: u32) -> Option<u8> {
-        let (word, lane) = self.homes[node as usize];
-        if word != NONE {
+        let (word, lane) = self.homes[node.index()];
+        if word != Id::NONE {
             return Some(lane);
         }
         if let Some((_, lane)) = bit_of(self.g, node) {
@@ -294,34 +321,34 @@ impl Pack<'_> {
         let inverse = g.not(sum, mask | 1 << (usize::from(first) + n));
         for (i, stage) in stages.iter().enumerate() {
             let lane = first + i as u8;
-            self.homes[stage.out as usize] = (if i + 1 == n { sum } else { carries }, lane + 1);
-            if self.has_sum(stage) && self.homes[stage.sum as usize].0 == NONE {
-                self.homes[stage.sum as usize] = (if stage.inverted { inverse } else { sum }, lane);
+            self.homes[stage.out.index()] = (if i + 1 == n { sum } else { carries }, lane + 1);
+            if self.has_sum(stage) && self.homes[stage.sum.index()].0 == Id::NONE {
+                self.homes[stage.sum.index()] = (if stage.inverted { inverse } else { sum }, lane);
             }
         }
     }
 
     /// A node as it is here.
     fn bit(&mut self, node: Id) -> Id {
-        if self.scalars[node as usize] != NONE {
-            return self.scalars[node as usize];
+        if self.scalars[node.index()] != Id::NONE {
+            return self.scalars[node.index()];
         }
         let g = self.g;
         let made = match g.op(node) {
             Op::Const(n) => self.out.constant(n),
-            Op::Load(half) => match self.homes[node as usize] {
-                (NONE, _) => self.out.load(half, g.may(node)),
+            Op::Load(half) => match self.homes[node.index()] {
+                (Id::NONE, _) => self.out.load(half, g.may(node)),
                 (word, lane) => self.out.bits(word, lane.into(), 1),
             },
             _ if g.may(node) == 1 && self.home(node).is_some() => {
-                let (word, lane) = self.homes[node as usize];
+                let (word, lane) = self.homes[node.index()];
                 self.out.bits(word, lane.into(), 1)
             }
             Op::And(..) | Op::Or(..) | Op::AndNot(..) if g.may(node) == 1 => self.tree(node),
             Op::Or(..) => self.joined(node),
             op => self.plainly(node, op),
         };
-        self.scalars[node as usize] = made;
+        self.scalars[node.index()] = made;
         made
     }
 
@@ -337,7 +364,7 @@ impl Pack<'_> {
         let mut taken = 0u64;
         while let Some(at) = stack.pop() {
             let (bit, lane) = match self.g.op(at) {
-                Op::Or(x, y) if at == node || self.uses[at as usize] == 1 => {
+                Op::Or(x, y) if at == node || self.uses[at.index()] == 1 => {
                     stack.extend([x, y]);
                     continue;
                 }
@@ -368,17 +395,17 @@ impl Pack<'_> {
     }
 
     /// What operations that are to share a word have in common; none for those that stay single.
-    fn class(&self, node: Id) -> Option<u64> {
+    fn class(&self, node: Id) -> Option<Class> {
         if self.g.may(node) != 1 {
             return None;
         }
         Some(match self.g.op(node) {
-            Op::And(a, b) if self.g.may(a) | self.g.may(b) == 1 => 1,
-            Op::AndNot(a, b) if self.g.may(a) | self.g.may(b) == 1 => 2,
-            Op::Or(..) => 3,
-            Op::Xor(_, c) if self.g.is(c, 1) => 4,
-            Op::Xor(..) => 5,
-            Op::Select(s, ..) => 6 << 32 | u64::from(s),
+            Op::And(a, b) if self.g.may(a) | self.g.may(b) == 1 => Class::And,
+            Op::AndNot(a, b) if self.g.may(a) | self.g.may(b) == 1 => Class::AndNot,
+            Op::Or(..) => Class::Or,
+            Op::Xor(_, c) if self.g.is(c, 1) => Class::Not,
+            Op::Xor(..) => Class::Xor,
+            Op::Select(s, ..) => Class::Select(s),
             _ => return None,
         })
     }
@@ -418,7 +445,7 @@ impl Pack<'_> {
         }
         // what lies in a word already
         let mut parts: Vec<(Id, i32, u64)> = Vec::new();
-        let mut classes: Vec<((u64, u32), Lanes)> = Vec::new();
+        let mut classes: Vec<((Class, u32), Lanes)> = Vec::new();
         let mut single: Lanes = Vec::new();
         for (lane, node) in rest {
             if let Some((word, at)) = self.home(node) {
@@ -433,7 +460,7 @@ impl Pack<'_> {
                 single.push((lane, node));
                 continue;
             };
-            let class = (class, self.levels[node as usize]);
+            let class = (class, self.levels[node.index()]);
             match classes.iter_mut().find(|c| c.0 == class) {
                 Some(found) => found.1.push((lane, node)),
                 None => classes.push((class, vec![(lane, node)])),
@@ -447,14 +474,14 @@ impl Pack<'_> {
             all = g.or(all, part);
         }
         // what nothing else needs may lie on several levels: nobody can come between
-        let mut late: Vec<(u64, Lanes)> = Vec::new();
+        let mut late: Vec<(Class, Lanes)> = Vec::new();
         for ((class, _), list) in classes {
             if self.share(class, &list, &mut all) {
                 continue;
             }
             for (lane, node) in list {
                 match late.iter_mut().find(|l| l.0 == class) {
-                    _ if self.uses[node as usize] != 1 => single.push((lane, node)),
+                    _ if self.uses[node.index()] != 1 => single.push((lane, node)),
                     Some(found) => found.1.push((lane, node)),
                     None => late.push((class, vec![(lane, node)])),
                 }
@@ -480,9 +507,9 @@ impl Pack<'_> {
 
     /// Counts what a word of state will take.
     fn expect(&mut self, lanes: &[(u8, Id)]) {
-        let mut classes: Vec<(u64, Lanes)> = Vec::new();
-        for &(lane, node) in lanes.iter().filter(|l| self.uses[l.1 as usize] == 1) {
-            let Some(class) = self.class(node).filter(|&class| class != 4) else { continue };
+        let mut classes: Vec<(Class, Lanes)> = Vec::new();
+        for &(lane, node) in lanes.iter().filter(|l| self.uses[l.1.index()] == 1) {
+            let Some(class) = self.class(node).filter(|&class| class != Class::Not) else { continue };
             match classes.iter_mut().find(|c| c.0 == class) {
                 Some(found) => found.1.push((lane, node)),
                 None => classes.push((class, vec![(lane, node)])),
@@ -494,14 +521,14 @@ impl Pack<'_> {
     }
 
     /// Makes one operation of lanes of one class, if that pays, and joins it to a word.
-    fn share(&mut self, class: u64, list: &[(u8, Id)], all: &mut Id) -> bool {
+    fn share(&mut self, class: Class, list: &[(u8, Id)], all: &mut Id) -> bool {
         if list.len() < self.least || !self.pays(list) {
             return false;
         }
         let part = self.together(class, list);
         for &(lane, node) in list {
-            if self.homes[node as usize].0 == NONE {
-                self.homes[node as usize] = (part, lane);
+            if self.homes[node.index()].0 == Id::NONE {
+                self.homes[node.index()] = (part, lane);
             }
         }
         *all = self.out.or(*all, part);
@@ -515,8 +542,8 @@ impl Pack<'_> {
             let (mut a, mut b) = match self.g.op(node) {
                 Op::And(a, b) | Op::Or(a, b) | Op::Xor(a, b) => {
                     // those that lie in words by these, others by what they look like
-                    let key = |n: Id| match self.homes[n as usize].0 {
-                        NONE => (true, self.looks[n as usize], NONE),
+                    let key = |n: Id| match self.homes[n.index()].0 {
+                        Id::NONE => (true, self.looks[n.index()], Id::NONE),
                         word => (false, 0, word),
                     };
                     if key(a) <= key(b) { (a, b) } else { (b, a) }
@@ -548,28 +575,17 @@ impl Pack<'_> {
                 continue;
             }
             let mut side = 0;
-            let mut kinds: Map<(u64, u32), usize> = Map::default();
+            let mut sources: Map<Source, usize> = Map::default();
             let mut seen: Vec<Id> = Vec::new();
             for &(lane, node) in lanes {
                 if self.g.value(node).is_some() || seen.contains(&node) {
                     continue;
                 }
                 seen.push(node);
-                let kind = match self.homes[node as usize] {
-                    (NONE, _) if self.of_chain.contains_key(&node) => (u64::from(self.of_chain[&node]), u32::MAX),
-                    (NONE, _) => match bit_of(self.g, node) {
-                        Some((word, at)) => (u64::from(word) << 8 | u64::from(at.wrapping_sub(lane)), u32::MAX - 1),
-                        None => match self.class(node) {
-                            Some(class) => (class, self.levels[node as usize]),
-                            None => (u64::from(node), u32::MAX - 2),
-                        },
-                    },
-                    (word, at) => (u64::from(word) << 8 | u64::from(at.wrapping_sub(lane)), u32::MAX - 3),
-                };
-                *kinds.entry(kind).or_default() += 1;
+                *sources.entry(self.source(lane, node)).or_default() += 1;
             }
-            for (kind, n) in kinds {
-                let lies = kind.1 >= u32::MAX - 3 && kind.1 != u32::MAX - 2;
+            for (source, n) in sources {
+                let lies = matches!(source, Source::Chain(_) | Source::Bit(..) | Source::Home(..));
                 side += if lies || n >= self.least { 1 } else { 2 * n };
             }
             // what several words take is put together once
@@ -578,9 +594,24 @@ impl Pack<'_> {
         cost <= list.len() + 1
     }
 
+    /// Where a bit that is wanted in a lane comes from.
+    fn source(&self, lane: u8, node: Id) -> Source {
+        match self.homes[node.index()] {
+            (Id::NONE, _) => {}
+            (word, at) => return Source::Home(word, at.wrapping_sub(lane)),
+        }
+        if let Some(&chain) = self.of_chain.get(&node) {
+            return Source::Chain(chain);
+        }
+        if let Some((word, at)) = bit_of(self.g, node) {
+            return Source::Bit(word, at.wrapping_sub(lane));
+        }
+        self.class(node).map_or(Source::Alone(node), |class| Source::Class(class, self.levels[node.index()]))
+    }
+
     /// Operations of one class in their lanes.
-    fn together(&mut self, class: u64, list: &[(u8, Id)]) -> Id {
-        if class == 4 {
+    fn together(&mut self, class: Class, list: &[(u8, Id)]) -> Id {
+        if class == Class::Not {
             let operands: Vec<(u8, Id)> = list
                 .iter()
                 .map(|&(lane, node)| (lane, self.g.op(node).operands().next().expect("it has two")))
@@ -591,12 +622,12 @@ impl Pack<'_> {
         let [a, b] = self.operands(list);
         let (a, b) = (self.word(&a), self.word(&b));
         match class {
-            1 => self.out.and(a, b),
-            2 => self.out.and_not(a, b),
-            3 => self.out.or(a, b),
-            5 => self.out.xor(a, b),
-            _ => {
-                let s = self.bit((class & u64::from(u32::MAX)) as Id);
+            Class::And => self.out.and(a, b),
+            Class::AndNot => self.out.and_not(a, b),
+            Class::Or => self.out.or(a, b),
+            Class::Not | Class::Xor => self.out.xor(a, b),
+            Class::Select(s) => {
+                let s = self.bit(s);
                 self.out.select(s, a, b)
             }
         }

@@ -27,13 +27,13 @@ impl Step {
         let mut needed = vec![false; self.graph.len()];
         let puts = self.puts.iter().flat_map(Put::nodes);
         let roots = self.stores.iter().map(|s| s.1).chain(self.aborts.iter().copied()).chain(puts);
-        roots.for_each(|n| needed[n as usize] = true);
-        for node in (0..self.graph.len() as Id).rev() {
-            if needed[node as usize] {
-                self.graph.op(node).operands().for_each(|o| needed[o as usize] = true);
+        roots.for_each(|n| needed[n.index()] = true);
+        for node in self.graph.ids().rev() {
+            if needed[node.index()] {
+                self.graph.op(node).operands().for_each(|o| needed[o.index()] = true);
             }
         }
-        (0..self.graph.len() as Id).filter(|&n| needed[n as usize] && !self.graph.op(n).is_leaf()).collect()
+        self.graph.ids().filter(|&n| needed[n.index()] && !self.graph.op(n).is_leaf()).collect()
     }
 
     /// How often each node is used by what counts.
@@ -41,9 +41,9 @@ impl Step {
         let mut uses = vec![0; self.graph.len()];
         let puts = self.puts.iter().flat_map(Put::nodes);
         let roots = self.stores.iter().map(|s| s.1).chain(self.aborts.iter().copied()).chain(puts);
-        roots.for_each(|n| uses[n as usize] += 1);
+        roots.for_each(|n| uses[n.index()] += 1);
         for node in self.needed() {
-            self.graph.op(node).operands().for_each(|o| uses[o as usize] += 1);
+            self.graph.op(node).operands().for_each(|o| uses[o.index()] += 1);
         }
         uses
     }
@@ -51,7 +51,7 @@ impl Step {
     /// The node of each state that is read.
     pub(crate) fn loads(&self) -> Map<Half, Id> {
         let load = |n| if let Op::Load(half) = self.graph.op(n) { Some((half, n)) } else { None };
-        (0..self.graph.len() as Id).filter_map(load).collect()
+        self.graph.ids().filter_map(load).collect()
     }
 
     /// Words for the single bits of groups that become something.

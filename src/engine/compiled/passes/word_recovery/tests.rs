@@ -193,7 +193,7 @@ fn packed_steps_do_the_same() {
             let old = values(&copy.graph, &memory);
             let mid = values(&step.graph, &memory);
             for (a, b) in stores.iter().zip(&step.stores) {
-                assert_eq!(old[a.1 as usize], mid[b.1 as usize], "rows, seed {seed}");
+                assert_eq!(old[a.1.index()], mid[b.1.index()], "rows, seed {seed}");
             }
             let mut words = memory.clone();
             words.resize(masks.len() + groups.len(), 0);
@@ -201,19 +201,19 @@ fn packed_steps_do_the_same() {
                 words[*word as usize] = lanes.iter().fold(0, |all, &(lane, h)| all | memory[h as usize] << lane);
             }
             let new = values(&packed.step.graph, &words);
-            assert_eq!(old[aborts[0] as usize], new[packed.step.aborts[0] as usize], "seed {seed}");
+            assert_eq!(old[aborts[0].index()], new[packed.step.aborts[0].index()], "seed {seed}");
             let mid = values(&step.graph, &memory);
             for &(node, here, lane) in &packed.same {
-                let is = lane.map_or(new[here as usize], |lane| new[here as usize] >> lane & 1);
+                let is = lane.map_or(new[here.index()], |lane| new[here.index()] >> lane & 1);
                 assert_eq!(
                     is,
-                    mid[node as usize],
-                    "seed {seed}: {node} {:?} {here} {:?} {lane:?}",
+                    mid[node.index()],
+                    "seed {seed}: {node:?} {:?} {here:?} {:?} {lane:?}",
                     step.graph.op(node),
                     packed.step.graph.op(here)
                 );
             }
-            let next: Map<u32, u64> = packed.step.stores.iter().map(|&(p, n)| (p, new[n as usize])).collect();
+            let next: Map<u32, u64> = packed.step.stores.iter().map(|&(p, n)| (p, new[n.index()])).collect();
             for &(half, node) in &stores {
                 let at = packed.places.iter().find_map(|place| {
                     let lane = place.lanes.iter().find(|l| l.1 == half)?.0;
@@ -222,7 +222,7 @@ fn packed_steps_do_the_same() {
                 let (at, lane, mask) = at.unwrap_or((half, 0, u64::MAX));
                 let word = next.get(&at).copied().unwrap_or(words[at as usize]);
                 let found = Some(word >> lane & mask);
-                assert_eq!(found, Some(old[node as usize]), "seed {seed}: {half}");
+                assert_eq!(found, Some(old[node.index()]), "seed {seed}: {half}");
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Trees of ANDs and ORs: those of their bits that lie in one word are compared with what they have to be, all at once.
 
-use super::{LEAST, NONE, Pack};
+use super::{Class, LEAST, Pack};
 use crate::engine::compiled::ir::graph::{Id, Op};
 
 impl Pack<'_> {
@@ -10,10 +10,10 @@ impl Pack<'_> {
         let mut literals: Vec<(Id, bool)> = Vec::new();
         let mut stack = vec![(node, !is_or)];
         while let Some((at, holds)) = stack.pop() {
-            let inside = (at == node || self.uses[at as usize] == 1)
-                && self.homes[at as usize].0 == NONE
+            let inside = (at == node || self.uses[at.index()] == 1)
+                && self.homes[at.index()].0 == Id::NONE
                 && !self.of_chain.contains_key(&at)
-                && self.scalars[at as usize] == NONE;
+                && self.scalars[at.index()] == Id::NONE;
             match self.g.op(at) {
                 Op::And(x, y) if inside && holds && self.g.may(x) | self.g.may(y) == 1 => {
                     stack.extend([(y, true), (x, true)]);
@@ -87,13 +87,13 @@ impl Pack<'_> {
 
     /// Makes words of literals that look alike.
     fn gather_literals(&mut self, literals: &[(Id, bool)]) {
-        let mut classes: Vec<((u64, u32, u32), Vec<Id>)> = Vec::new();
+        let mut classes: Vec<((Class, u32, u32), Vec<Id>)> = Vec::new();
         for &(at, _) in literals {
             if self.g.op(at).is_leaf() || self.home(at).is_some() {
                 continue;
             }
             let Some(class) = self.class(at) else { continue };
-            let class = (class, self.levels[at as usize], self.looks[at as usize]);
+            let class = (class, self.levels[at.index()], self.looks[at.index()]);
             match classes.iter_mut().find(|c| c.0 == class) {
                 Some(found) if !found.1.contains(&at) => found.1.push(at),
                 Some(_) => {}
