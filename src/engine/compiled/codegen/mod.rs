@@ -304,3 +304,6 @@ impl Pieces {
         all
     }
 }
+
+#[cfg(test)]
+mod tests;

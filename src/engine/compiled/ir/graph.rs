@@ -71,7 +71,7 @@ pub(crate) enum Op {
 pub(crate) type Map<K, V> = rustc_hash::FxHashMap<K, V>;
 
 /// Nodes in an order in which each comes after its operands.
-#[derive(Default, Debug)]
+#[derive(Clone, Default, Debug)]
 pub(crate) struct Graph {
     ops: Vec<Op>,
     /// For each node the bits that may be 1.
@@ -138,6 +138,18 @@ impl Graph {
     /// All nodes, operands before what uses them.
     pub fn ids(&self) -> impl DoubleEndedIterator<Item = Id> + use<> {
         (0..self.ops.len()).map(Id::at)
+    }
+
+    /// What some nodes are computed from and these themselves, leaves left out, in order.
+    pub fn needed(&self, roots: impl IntoIterator<Item = Id>) -> Vec<Id> {
+        let mut needed = vec![false; self.len()];
+        roots.into_iter().for_each(|n| needed[n.index()] = true);
+        for node in self.ids().rev() {
+            if needed[node.index()] {
+                self.op(node).operands().for_each(|o| needed[o.index()] = true);
+            }
+        }
+        self.ids().filter(|&n| needed[n.index()] && !self.op(n).is_leaf()).collect()
     }
 
     pub fn op(&self, id: Id) -> Op {

@@ -9,3 +9,5 @@ pub(crate) mod plan;
 pub(crate) mod record;
 pub(crate) mod simplify;
 pub(crate) mod stores;
+#[cfg(test)]
+mod tests;

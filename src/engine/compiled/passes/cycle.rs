@@ -161,3 +161,6 @@ fn half(memory: &mut [Word], half: Half) -> &mut u64 {
     let word = &mut memory[half as usize / 2];
     if half.is_multiple_of(2) { &mut word.v } else { &mut word.u }
 }
+
+#[cfg(test)]
+mod tests;

@@ -483,18 +483,9 @@ impl Fuse<'_> {
             }
         }
         let record = Record::new(traced, &stores, input, self.s.level);
-        // the nodes that this needs, in order
-        let mut needed = vec![false; self.out.len()];
-        stores.iter().for_each(|s| needed[s.node.index()] = true);
-        self.aborts.iter().for_each(|&a| needed[a.index()] = true);
         let puts = std::mem::take(&mut self.puts);
-        puts.iter().flat_map(Put::nodes).for_each(|n| needed[n.index()] = true);
-        for node in self.out.ids().rev() {
-            if needed[node.index()] {
-                self.out.op(node).operands().for_each(|o| needed[o.index()] = true);
-            }
-        }
-        let nodes: Vec<Id> = self.out.ids().filter(|&n| needed[n.index()] && !self.out.op(n).is_leaf()).collect();
+        let stored = stores.iter().map(|s| s.node).chain(puts.iter().flat_map(Put::nodes));
+        let nodes = self.out.needed(stored.chain(self.aborts.iter().copied()));
         let chunk = Chunk { nodes, stores, group: None, aborts: std::mem::take(&mut self.aborts), puts };
         (chunk.nodes.len() <= LIMIT).then(|| Tick { graph: std::mem::take(&mut self.out), chunk, record })
     }

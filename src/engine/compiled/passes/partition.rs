@@ -57,7 +57,7 @@ impl Walk<'_> {
 }
 
 /// Plans chunks of at most `limit` nodes. `fresh` gives places in memory.
-pub(crate) fn plan(
+pub(crate) fn partition(
     graph: &Graph,
     settling: &[Root],
     sampled: &[Root],
@@ -149,3 +149,6 @@ pub(crate) fn plan(
     }
     plan
 }
+
+#[cfg(test)]
+mod tests;

@@ -14,7 +14,7 @@ use crate::engine::compiled::lower::layout::{Kept, StatePlaces, Wiring};
 use crate::engine::compiled::lower::{Level, Lowered, lower};
 use crate::engine::compiled::passes::cycle::Period;
 use crate::engine::compiled::passes::edge::{Source, Tick, fuse};
-use crate::engine::compiled::passes::partition::plan;
+use crate::engine::compiled::passes::partition::partition;
 use crate::engine::compiled::runtime::{WARM, WARM_NODES};
 use crate::netlist::Netlist;
 
@@ -127,7 +127,7 @@ impl Form {
                 half
             })
         };
-        let plan = plan(graph, &settling, &sampled, w.chunk, fresh);
+        let plan = partition(graph, &settling, &sampled, w.chunk, fresh);
         let dirty = *end * 2;
         let late = plan.chunks.len() - plan.settling;
         *end += (plan.settling.div_ceil(64) + late.div_ceil(64)) as u32 / 2 + 1;

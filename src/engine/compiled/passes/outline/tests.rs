@@ -1,7 +1,7 @@
 use super::*;
 use crate::engine::compiled::codegen::{self, Shared};
 use crate::engine::compiled::ir::graph::Graph;
-use crate::engine::compiled::ir::interpreter::{Random, values};
+use crate::engine::compiled::ir::interpreter::{Random, run};
 use crate::engine::compiled::ir::record::Record;
 use crate::engine::compiled::passes::edge::Tick;
 use crate::engine::compiled::passes::split::split;
@@ -102,39 +102,18 @@ fn part(recipe: &Recipe, number: usize, odd: bool, tick: &mut Tick) {
 fn tick(recipe: &Recipe, odd: usize) -> Tick {
     let mut tick = Tick { graph: Graph::default(), chunk: Chunk::default(), record: Record::default() };
     (0..PARTS).for_each(|number| part(recipe, number, number == odd, &mut tick));
-    let mut needed = vec![false; tick.graph.len()];
     let roots = tick.chunk.stores.iter().map(|s| s.node).chain(tick.chunk.puts.iter().flat_map(Put::nodes));
-    roots.chain(tick.chunk.aborts.iter().copied()).for_each(|node| needed[node.index()] = true);
-    for node in tick.graph.ids().rev() {
-        if needed[node.index()] {
-            tick.graph.op(node).operands().for_each(|o| needed[o.index()] = true);
-        }
-    }
-    let is_needed = |&node: &Id| needed[node.index()] && !tick.graph.op(node).is_leaf();
-    tick.chunk.nodes = tick.graph.ids().filter(is_needed).collect();
+    tick.chunk.nodes = tick.graph.needed(roots.chain(tick.chunk.aborts.iter().copied()));
     tick
 }
 
-/// What a tick leaves in memory, by the meaning of it alone, and whether it may be followed by another; none if it is left.
+/// What a tick leaves in memory, and whether it may be followed by another; none if it is left.
 fn made(tick: &Tick, memory: &mut [u64]) -> Option<bool> {
-    let now = values(&tick.graph, memory);
-    let is = |node: Id| now[node.index()];
-    if tick.chunk.aborts.iter().any(|&abort| is(abort) != 0) {
-        return None;
-    }
-    let mut alarm = 0;
-    for store in &tick.chunk.stores {
-        memory[store.half as usize] = is(store.node);
-        alarm |= if store.alarm { is(store.node) } else { 0 };
-    }
-    memory[0] |= alarm;
-    for put in &tick.chunk.puts {
-        let at = 2 * put.slot as usize + 2 * is(put.index) as usize;
-        for (half, new) in [(at, put.v), (at + 1, put.u)] {
-            memory[half] = memory[half] & !is(put.mask) | is(new) & is(put.mask);
-        }
-    }
-    Some(alarm == 0)
+    let alarms: Vec<Half> = tick.chunk.stores.iter().filter(|s| s.alarm).map(|s| s.half).collect();
+    let alarm = run(&tick.graph, &tick.chunk, memory)?;
+    // the code leaves all of them joined there
+    memory[0] |= alarms.iter().fold(0, |all, &half| all | memory[half as usize]);
+    Some(!alarm)
 }
 
 /// Random parts, several times the same with other data and constants, one of them perhaps not: code that is shared does

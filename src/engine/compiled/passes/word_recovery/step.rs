@@ -24,24 +24,19 @@ pub(crate) struct Step {
 impl Step {
     /// The nodes that count, in order.
     pub(crate) fn needed(&self) -> Vec<Id> {
-        let mut needed = vec![false; self.graph.len()];
+        self.graph.needed(self.roots())
+    }
+
+    /// The nodes that are stored, written or looked at.
+    fn roots(&self) -> impl Iterator<Item = Id> {
         let puts = self.puts.iter().flat_map(Put::nodes);
-        let roots = self.stores.iter().map(|s| s.1).chain(self.aborts.iter().copied()).chain(puts);
-        roots.for_each(|n| needed[n.index()] = true);
-        for node in self.graph.ids().rev() {
-            if needed[node.index()] {
-                self.graph.op(node).operands().for_each(|o| needed[o.index()] = true);
-            }
-        }
-        self.graph.ids().filter(|&n| needed[n.index()] && !self.graph.op(n).is_leaf()).collect()
+        self.stores.iter().map(|s| s.1).chain(self.aborts.iter().copied()).chain(puts)
     }
 
     /// How often each node is used by what counts.
     pub(crate) fn uses(&self) -> Vec<u32> {
         let mut uses = vec![0; self.graph.len()];
-        let puts = self.puts.iter().flat_map(Put::nodes);
-        let roots = self.stores.iter().map(|s| s.1).chain(self.aborts.iter().copied()).chain(puts);
-        roots.for_each(|n| uses[n.index()] += 1);
+        self.roots().for_each(|n| uses[n.index()] += 1);
         for node in self.needed() {
             self.graph.op(node).operands().for_each(|o| uses[o.index()] += 1);
         }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::engine::compiled::ir::interpreter::{Random, values};
+use crate::engine::compiled::ir::interpreter::{Program, Random, seeds, values};
 
 /// A carry of two bits and one, in one of the ways in which people and tools write it.
 fn carry(r: &mut Random, g: &mut Graph, way: usize, a: Id, b: Id, c: Id) -> Id {
@@ -161,7 +161,7 @@ fn random(r: &mut Random) -> (Step, Groups, Vec<u64>) {
 /// Random logic of buses, with adders in all shapes: what is stored is the same before and after.
 #[test]
 fn packed_steps_do_the_same() {
-    let seeds = std::env::var("DISCRETA_SEEDS").ok().and_then(|s| s.parse().ok()).unwrap_or(400);
+    let seeds = seeds(400);
     let (mut chains, mut fewer, mut before, mut after) = (0, 0, 0, 0);
     for seed in 0..seeds {
         let mut r = Random(seed);
@@ -316,4 +316,97 @@ fn a_long_or_is_a_comparison() {
         "{:?}",
         nodes.iter().map(|&n| packed.step.graph.op(n)).collect::<Vec<_>>()
     );
+}
+
+/// What a chain says of its stages is so: the carry out is made or passed on, what makes one does not stop one, and the sum
+/// is that of an adder.
+#[test]
+fn chains_carry() {
+    let (mut found, mut stages) = (0, 0);
+    for seed in 0..seeds(300) {
+        let mut r = Random(seed ^ 0xca);
+        let (Step { graph: mut g, .. }, groups, masks) = random(&mut r);
+        let lanes = groups.iter().flatten().map(|&(lane, half)| (half, lane)).collect();
+        let chains = chains::find(&mut g, &lanes);
+        found += chains.len();
+        stages += chains.iter().map(|c| c.stages.len()).sum::<usize>();
+        for _ in 0..16 {
+            let memory: Vec<u64> = masks.iter().map(|m| r.word() & m).collect();
+            let now = values(&g, &memory);
+            let is = |n: Id| now[n.index()];
+            for Chain { base, stages } in &chains {
+                let mut carry = is(*base);
+                for stage in stages {
+                    let (kill, make) = (is(stage.kill), is(stage.make));
+                    assert_eq!(make & !kill, 0, "seed {seed}");
+                    assert_eq!(is(stage.sum), kill ^ make ^ carry ^ u64::from(stage.inverted), "seed {seed}");
+                    carry = make | kill & carry;
+                    assert_eq!(is(stage.out), carry, "seed {seed}");
+                }
+            }
+        }
+    }
+    println!("{found} chains, {stages} stages");
+    assert!(found > 400 && stages > 2000);
+}
+
+/// Steps of all operations, with memories: words of bits do what the bits do.
+#[test]
+fn steps_of_all_operations_do_the_same() {
+    let (mut packed_words, mut seen) = (0, 0);
+    for seed in 0..seeds(400) {
+        let mut r = Random(seed ^ 0xa11);
+        let size = 20 + r.below(80);
+        let mut p = Program::random(&mut r, size);
+        let chunk = p.chunk(&mut r);
+        let stores: Vec<(Half, Id)> = chunk.stores.iter().filter(|s| !s.alarm).map(|s| (s.half, s.node)).collect();
+        let bits: Vec<Half> = (0..p.masks.len() as Half).filter(|&h| p.masks[h as usize] == 1).collect();
+        let group: Vec<(u8, Half)> = bits.iter().enumerate().map(|(lane, &half)| (3 * lane as u8, half)).collect();
+        let step = Step {
+            graph: p.graph.clone(),
+            stores: stores.clone(),
+            puts: chunk.puts.clone(),
+            aborts: chunk.aborts.clone(),
+        };
+        let mut rows = in_rows(&step, &Map::default());
+        let mut end = p.room() as Half;
+        let mut fresh = || {
+            end += 1;
+            end - 1
+        };
+        let Some(packed) = pack(&mut rows, &[group], 2, 0, &mut fresh) else { continue };
+        seen += 1;
+        packed_words += packed.places.len();
+        for _ in 0..12 {
+            let memory = p.memory(&mut r);
+            let mut words = memory.clone();
+            words.resize(end as usize, 0);
+            for Place { word, lanes } in &packed.places {
+                words[*word as usize] = lanes.iter().fold(0, |all, &(lane, h)| all | memory[h as usize] << lane);
+            }
+            let (old, rowed, new) =
+                (values(&p.graph, &memory), values(&rows.graph, &memory), values(&packed.step.graph, &words));
+            let is = |list: &[u64], n: Id| list[n.index()];
+            for (which, now, then) in [("rows", &rows, &rowed), ("words", &packed.step, &new)] {
+                for (&a, &b) in step.aborts.iter().zip(&now.aborts) {
+                    assert_eq!(is(&old, a), is(then, b), "{which}, seed {seed}");
+                }
+                for (a, b) in step.puts.iter().zip(&now.puts) {
+                    let pairs = a.nodes().into_iter().zip(b.nodes());
+                    pairs.for_each(|(a, b)| assert_eq!(is(&old, a), is(then, b), "{which}, seed {seed}"));
+                }
+            }
+            let next: Map<Half, u64> = packed.step.stores.iter().map(|&(h, n)| (h, is(&new, n))).collect();
+            for &(half, node) in &stores {
+                let lane = |place: &Place| Some((place.word, place.lanes.iter().find(|l| l.1 == half)?.0));
+                let found = match packed.places.iter().find_map(lane) {
+                    Some((word, lane)) => next.get(&word).copied().unwrap_or(words[word as usize]) >> lane & 1,
+                    None => next[&half],
+                };
+                assert_eq!(found, is(&old, node), "seed {seed}: {half}");
+            }
+        }
+    }
+    println!("{packed_words} words, {seen} steps");
+    assert!(packed_words > 100 && seen > 300);
 }

@@ -1,0 +1,60 @@
+use super::*;
+use crate::engine::compiled::ir::interpreter::{Program, Random, run_plan, seeds, values};
+
+fn root(node: Id, half: Half, shared: bool) -> Root {
+    Root { node, half, observed: None, alarm: false, shared, group: None, again: false }
+}
+
+/// Chunks of all sizes leave what the graph means, when all run and when only those do that a change wakes.
+#[test]
+fn partitions_leave_what_the_graph_means() {
+    let (mut chunks, mut runs, mut skipped) = (0, 0, 0);
+    for seed in 0..seeds(800) {
+        let mut r = Random(seed ^ 0x9a27);
+        let size = 10 + r.below(150);
+        let p = Program::random(&mut r, size);
+        let g = &p.graph;
+        let mut next = p.room() as Half;
+        let mut fresh = || {
+            next += 1;
+            next - 1
+        };
+        let mut roots = |r: &mut Random| -> Vec<Root> {
+            (0..1 + r.below(8)).map(|_| root(Id::at(r.below(g.len())), fresh(), r.below(2) == 0)).collect()
+        };
+        let (settling, sampled) = (roots(&mut r), roots(&mut r));
+        let limit = r.pick(&[1, 2, 7, 40, 1000]);
+        let plan = partition(g, &settling, &sampled, limit, &mut fresh);
+        chunks += plan.chunks.len();
+        assert!(plan.chunks.iter().all(|c| c.nodes.len() <= limit.max(1)));
+        let mut memory = p.memory(&mut r);
+        memory.resize(next as usize, 0);
+        plan.constants.iter().for_each(|(root, n)| memory[root.half as usize] = *n);
+        let mut due = vec![true; plan.chunks.len()];
+        for round in 0..12 {
+            let due_now = due.iter().filter(|d| **d).count();
+            run_plan(g, &plan, &mut due, &mut memory);
+            runs += due_now;
+            skipped += plan.chunks.len() - due_now;
+            let expected = values(g, &memory);
+            for root in settling.iter().chain(&sampled) {
+                let found = memory[root.half as usize];
+                assert_eq!(found, expected[root.node.index()], "seed {seed}, round {round}: {:?}", g.op(root.node));
+            }
+            // a word of state changes, or of what a memory holds
+            let contents = 2 * p.array() as usize;
+            let (half, mask, slot) = if r.below(3) == 0 {
+                (contents + r.below(p.len() - contents), u64::MAX, p.array())
+            } else {
+                let half = r.below(p.masks.len());
+                (half, p.masks[half], half as u32 / 2)
+            };
+            memory[half] = r.telling() & mask;
+            for &reader in plan.readers.get(&slot).into_iter().flatten() {
+                due[reader as usize] = true;
+            }
+        }
+    }
+    println!("{chunks} chunks, {runs} run and {skipped} not");
+    assert!(chunks > 2000 && skipped > runs);
+}
