@@ -156,6 +156,8 @@ codes! {
         "Something reads a net of a Yosys netlist that nothing drives. As in Verilog, it is z.";
     Warning IgnoredCell "ignored-cell":
         "A netlist of another tool has cells that have no effect here, such as timing rules.";
+    Warning AmbiguousOrder "ambiguous-order":
+        "In a waveform that drives a circuit inputs change together, and it does not tell which of them first.";
     Warning UnusedNet "unused-net":
         "Nothing reads a net. `allow` silences it.";
 }

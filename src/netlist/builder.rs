@@ -209,6 +209,13 @@ impl Builder {
         self.signals[signal.index()].signal.port = Some(direction);
     }
 
+    /// Says how a signal was declared: its lowest index, and whether indices rise towards its least significant bit, as
+    /// in `[0:7]`.
+    pub fn set_indices(&mut self, signal: SignalId, offset: i64, upto: bool) {
+        let signal = &mut self.signals[signal.index()].signal;
+        (signal.offset, signal.upto) = (offset, upto);
+    }
+
     /// Says what people call the values of a signal.
     pub fn set_values(&mut self, signal: SignalId, names: ValueNames) {
         self.signals[signal.index()].signal.values = Some(Arc::new(names));
@@ -228,6 +235,8 @@ impl Builder {
             scope,
             width: bus.width(),
             signed,
+            offset: 0,
+            upto: false,
             values: None,
             port,
             hidden: false,

@@ -33,7 +33,7 @@ pub use hierarchy::Hierarchy;
 pub use id::{CellId, NetId, ScopeId, SignalId};
 pub use order::{Loop, Order};
 pub use stats::Stats;
-pub use turn::{Turn, Turns};
+pub use turn::{Bit, Turn};
 pub use value_names::ValueNames;
 
 /// `width` bits of a net from bit `lo` up.
@@ -115,6 +115,10 @@ pub struct Signal {
     pub width: u32,
     /// Whether people read it in two's complement.
     pub signed: bool,
+    /// Its lowest index where it was declared, as 5 of `[12:5]`.
+    pub offset: i64,
+    /// Whether it was declared with indices that rise towards the least significant bit, as in `[0:7]`.
+    pub upto: bool,
     /// What people call its values, where they have names.
     pub values: Option<Arc<ValueNames>>,
     /// Which way it goes, for a port of the module of its scope.
@@ -128,6 +132,25 @@ pub struct Signal {
 }
 
 impl Signal {
+    /// The index of its least significant bit where it was declared.
+    #[must_use]
+    pub fn lsb(&self) -> i64 {
+        if self.upto { self.offset.saturating_add(i64::from(self.width) - 1) } else { self.offset }
+    }
+
+    /// The index of a bit where it was declared.
+    #[must_use]
+    pub fn index(&self, bit: u32) -> i64 {
+        if self.upto { self.lsb().saturating_sub(i64::from(bit)) } else { self.lsb().saturating_add(i64::from(bit)) }
+    }
+
+    /// The bit of an index, if it has one.
+    #[must_use]
+    pub fn bit(&self, index: i64) -> Option<u32> {
+        let bit = if self.upto { self.lsb().checked_sub(index)? } else { index.checked_sub(self.lsb())? };
+        u32::try_from(bit).ok().filter(|&bit| bit < self.width)
+    }
+
     /// Whether it is a port of the top module.
     pub(crate) fn is_top_port(&self) -> bool {
         self.port.is_some() && self.scope == ScopeId(0)

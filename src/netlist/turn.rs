@@ -1,9 +1,10 @@
 //! In which order inputs that change at one time take effect, so that what is clocked sees what was there before.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeSet, HashSet};
 
+use super::graph::Graph;
 use super::{CellId, Driver, NetId, Netlist, Slice};
-use crate::cell::Role;
+use crate::cell::{CellKind, Role};
 
 /// When, among the inputs that change at one time, one takes effect.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash)]
@@ -23,28 +24,13 @@ impl Turn {
 }
 
 /// A bit of a net.
-type Bit = (NetId, u32);
-
-/// The turns of a netlist's inputs, bit by bit.
-#[derive(Clone, Debug, Default)]
-pub struct Turns {
-    early: HashMap<Bit, Turn>,
-}
-
-impl Turns {
-    /// The turn of a bit of an input's net.
-    #[must_use]
-    pub fn of(&self, net: NetId, bit: u32) -> Turn {
-        self.early.get(&(net, bit)).copied().unwrap_or(Turn::Data)
-    }
-}
+pub type Bit = (NetId, u32);
 
 impl Netlist {
-    /// When each input takes effect. A clock is what clocks a storage cell through buffers and inverters at most. Where
-    /// a cell is clocked through other gates, those of their inputs are clocks that are so elsewhere; if none is, all of
-    /// them.
+    /// The bits of inputs that are clocks: what clocks a storage cell through buffers and inverters at most. Where a cell
+    /// is clocked through other gates, those of their inputs are clocks that are so elsewhere; if none is, all of them.
     #[must_use]
-    pub fn turns(&self) -> Turns {
+    pub fn clocks(&self) -> BTreeSet<Bit> {
         let (direct, through) = self.clock_inputs();
         let mut clocks: BTreeSet<Bit> = direct.clone();
         for inputs in &through {
@@ -52,16 +38,26 @@ impl Netlist {
                 clocks.extend(inputs);
             }
         }
-        let several = clocks.len() > 1;
-        let turn = |bit| if several && self.is_sampled_by_another(bit) { Turn::Strobe } else { Turn::Clock };
-        Turns { early: clocks.into_iter().map(|bit| (bit, turn(bit))).collect() }
+        clocks
     }
 
-    /// The same if these inputs, given by their nets, are the clocks, whatever they do, and no others.
+    /// The bits of inputs from which gates lead to the gate pin of a latch.
     #[must_use]
-    pub fn turns_with(&self, first: &[NetId]) -> Turns {
-        let bits = first.iter().flat_map(|&net| (0..self.net(net).width).map(move |bit| (net, bit)));
-        Turns { early: bits.map(|bit| (bit, Turn::Clock)).collect() }
+    pub fn latch_gates(&self) -> BTreeSet<Bit> {
+        let mut found = BTreeSet::new();
+        let mut seen = HashSet::new();
+        for cell in self.cell_ids() {
+            let kind = &self.cell(cell).kind;
+            let gates = (0..kind.inputs().len()).filter(|&pin| matches!(kind, CellKind::Latch(_)) && kind.inputs()[pin].name == "en");
+            for s in gates.flat_map(|pin| self.input(cell, pin)) {
+                match self.net(s.net).driver {
+                    Driver::Input(_) => found.extend((s.lo..s.lo + s.width).map(|bit| (s.net, bit))),
+                    Driver::Cell(..) if seen.insert(s.net) => found.extend(self.inputs_behind(s.net)),
+                    Driver::Cell(..) => {}
+                }
+            }
+        }
+        found
     }
 
     /// The input bits that clock a cell through buffers and inverters at most, and, for each net behind other gates that
@@ -116,10 +112,15 @@ impl Netlist {
         found
     }
 
-    /// Whether an input reaches, through gates, what a cell samples at the edge of a clock that this input has no part
-    /// in.
-    fn is_sampled_by_another(&self, input: Bit) -> bool {
+    /// Whether one of these input bits reaches, through gates, what a cell samples at the edge of a clock that none of
+    /// them has a part in.
+    #[must_use]
+    pub fn sampled_by_another(&self, inputs: &BTreeSet<Bit>) -> bool {
         let readers = self.readers_of_nets();
+        inputs.iter().any(|&input| self.is_sampled_by_another(input, inputs, &readers))
+    }
+
+    fn is_sampled_by_another(&self, input: Bit, own: &BTreeSet<Bit>, readers: &Graph) -> bool {
         let mut seen = HashSet::from([input.0]);
         let mut open = vec![input.0];
         while let Some(net) = open.pop() {
@@ -140,7 +141,7 @@ impl Netlist {
                     continue;
                 }
                 let sampled = pins().any(|(_, pin)| !matches!(pin.role, Role::Clock | Role::Delayed));
-                let own = |clock: Bit| clock == input || self.inputs_behind(clock.0).contains(&input);
+                let own = |clock: Bit| own.contains(&clock) || !self.inputs_behind(clock.0).is_disjoint(own);
                 let mut clocks = self.clock_bits(cell).peekable();
                 if sampled && clocks.peek().is_some() && !clocks.any(own) {
                     return true;
@@ -161,9 +162,9 @@ mod tests {
         netlist.signal(netlist.find(name).unwrap()).drive.unwrap()
     }
 
-    fn turns<const N: usize>(netlist: &Netlist, names: [&str; N]) -> [Turn; N] {
-        let turns = netlist.turns();
-        names.map(|name| turns.of(drive(netlist, name), 0))
+    fn are_clocks<const N: usize>(netlist: &Netlist, names: [&str; N]) -> [bool; N] {
+        let clocks = netlist.clocks();
+        names.map(|name| clocks.contains(&(drive(netlist, name), 0)))
     }
 
     fn flop(b: &mut Builder, name: &str, clk: &Bus, d: &Bus) {
@@ -178,7 +179,7 @@ mod tests {
         let not_clk = b.not("not1", &clk);
         flop(&mut b, "ff", &not_clk, &d);
         let netlist = b.finish().unwrap();
-        assert_eq!(turns(&netlist, ["clk", "d"]), [Turn::Clock, Turn::Data]);
+        assert_eq!(are_clocks(&netlist, ["clk", "d"]), [true, false]);
     }
 
     #[test]
@@ -193,9 +194,9 @@ mod tests {
             }
             b.finish().unwrap()
         };
-        let of = |netlist: &Netlist| turns(netlist, ["clk", "en", "d"]);
-        assert_eq!(of(&gated(true)), [Turn::Clock, Turn::Data, Turn::Data]);
-        assert_eq!(of(&gated(false)), [Turn::Clock, Turn::Clock, Turn::Data]);
+        let of = |netlist: &Netlist| are_clocks(netlist, ["clk", "en", "d"]);
+        assert_eq!(of(&gated(true)), [true, false, false]);
+        assert_eq!(of(&gated(false)), [true, true, false]);
     }
 
     #[test]
@@ -206,11 +207,27 @@ mod tests {
         let mixed = b.gate("and1", GateOp::And, &[&strobe, &d]);
         flop(&mut b, "sampler", &clk, &mixed);
         let netlist = b.finish().unwrap();
-        assert_eq!(turns(&netlist, ["clk", "strobe", "d"]), [Turn::Clock, Turn::Strobe, Turn::Data]);
-        let named = netlist.turns_with(&[drive(&netlist, "strobe")]);
-        assert_eq!(
-            ["clk", "strobe", "d"].map(|name| named.of(drive(&netlist, name), 0)),
-            [Turn::Data, Turn::Clock, Turn::Data]
-        );
+        assert_eq!(are_clocks(&netlist, ["clk", "strobe", "d"]), [true, true, false]);
+        let sampled = |names: &[&str]| {
+            netlist.sampled_by_another(&names.iter().map(|name| (drive(&netlist, name), 0)).collect())
+        };
+        assert!(sampled(&["strobe"]) && !sampled(&["clk"]));
+        // not by another if they are one
+        assert!(!sampled(&["clk", "strobe"]));
+    }
+
+    #[test]
+    fn a_latch_has_a_gate() {
+        let mut b = Builder::new("top");
+        let (open, mask, d) = (b.input("open", 1), b.input("mask", 1), b.input("d", 1));
+        let (gate, q) = (b.gate("and1", GateOp::And, &[&open, &mask]), b.output("q", 1));
+        let one = crate::Value::x(1);
+        let latch = Flop { edge: Edge::Rising, set_value: one.clone(), reset_value: one.clone(), init: one };
+        let top = b.top();
+        b.cell(top, "l", CellKind::Latch(Box::new(latch)), vec![gate, d, Bus::default(), Bus::default()], vec![q]);
+        let netlist = b.finish().unwrap();
+        let gates = netlist.latch_gates();
+        assert_eq!(["open", "mask", "d"].map(|name| gates.contains(&(drive(&netlist, name), 0))), [true, true, false]);
+        assert!(netlist.clocks().is_empty());
     }
 }

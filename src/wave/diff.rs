@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, HashMap, VecDeque};
 use serde::Serialize;
 use wellen::{Signal, SignalRef};
 
-use super::read::{self, ReadError, ValueKind, Waves};
+use super::read::{self, ReadError, ValueKind, WaveVar, Waves};
 use super::walk::{Point, Source, Walk, same};
 use crate::timescale::Timescale;
 
@@ -176,8 +176,19 @@ pub fn diff(a: &mut Waves, b: &mut Waves, options: &Options) -> Result<Differenc
     diff_of(a, b, None, options)
 }
 
-/// Compares variables of two waveforms, given by their indices, and leaves all others aside. What comes before the first
-/// time of the first waveform is not compared.
+/// Two variables, given by their indices, that should have the same values.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Same {
+    /// Of the first waveform.
+    pub a: usize,
+    /// Of the second.
+    pub b: usize,
+    /// Whether the bits of the first stand in the opposite order.
+    pub reversed: bool,
+}
+
+/// Compares some variables of two waveforms and leaves all others aside. Of bits of different widths the lowest are
+/// compared. What comes before the first time of the first waveform is not compared.
 ///
 /// # Errors
 /// As [`diff`].
@@ -187,7 +198,7 @@ pub fn diff(a: &mut Waves, b: &mut Waves, options: &Options) -> Result<Differenc
 pub fn diff_pairs(
     a: &mut Waves,
     b: &mut Waves,
-    pairs: &[(usize, usize)],
+    pairs: &[Same],
     options: &Options,
 ) -> Result<Difference, ReadError> {
     diff_of(a, b, Some(pairs), options)
@@ -196,7 +207,7 @@ pub fn diff_pairs(
 fn diff_of(
     a: &mut Waves,
     b: &mut Waves,
-    given: Option<&[(usize, usize)]>,
+    given: Option<&[Same]>,
     options: &Options,
 ) -> Result<Difference, ReadError> {
     let common = match (a.exponent(), b.exponent()) {
@@ -224,7 +235,7 @@ fn diff_of(
     let mut matched = Matched::default();
     match given {
         None => matched.by_name(a, b, options, &mut result),
-        Some(pairs) => pairs.iter().for_each(|&(x, y)| matched.pair(a, x, b, y, options, &mut result)),
+        Some(pairs) => pairs.iter().for_each(|pair| matched.add(a, b, pair, &mut result)),
     }
     let pairs = matched.list();
     let from = given.map_or(0, |_| a.start() * scale.a);
@@ -274,11 +285,18 @@ fn factor(waves: &Waves, common: Option<i32>) -> Result<u64, ReadError> {
 }
 
 /// A signal of each side and what its values are.
-type Pair = (SignalRef, SignalRef, ValueKind);
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Pair {
+    a: SignalRef,
+    b: SignalRef,
+    kind: ValueKind,
+    /// Whether the bits of the first stand in the opposite order.
+    reversed: bool,
+}
 
 /// What is in both: each pair of signals once, with the variables (of the first) that have it.
 #[derive(Default)]
-struct Matched(BTreeMap<(SignalRef, SignalRef), (ValueKind, Vec<usize>)>);
+struct Matched(BTreeMap<(SignalRef, SignalRef, bool), (Pair, Vec<usize>)>);
 
 impl Matched {
     fn by_name(&mut self, a: &Waves, b: &Waves, options: &Options, result: &mut Difference) {
@@ -306,12 +324,21 @@ impl Matched {
             });
             return;
         }
+        // bits that stand one by one count as the other declares them
+        let upwards = |var: &WaveVar| !var.joined && var.index.is_some_and(|(msb, lsb)| msb < lsb);
+        let reversed = var.joined && upwards(other) || other.joined && upwards(var);
+        self.add(a, b, &Same { a: i, b: j, reversed }, result);
+    }
+
+    fn add(&mut self, a: &Waves, b: &Waves, same: &Same, result: &mut Difference) {
+        let (var, other, reversed) = (&a.vars()[same.a], &b.vars()[same.b], same.reversed);
         result.compared += 1;
-        self.0.entry((var.signal, other.signal)).or_insert((var.kind, Vec::new())).1.push(i);
+        let pair = Pair { a: var.signal, b: other.signal, kind: var.kind, reversed };
+        self.0.entry((pair.a, pair.b, reversed)).or_insert((pair, Vec::new())).1.push(same.a);
     }
 
     fn list(self) -> Vec<(Pair, Vec<usize>)> {
-        self.0.into_iter().map(|((a, b), (kind, vars))| ((a, b, kind), vars)).collect()
+        self.0.into_values().collect()
     }
 }
 
@@ -333,6 +360,24 @@ fn below<'w>(waves: &'w Waves, options: &Options) -> Vec<(usize, &'w str)> {
         None => Some(name),
     };
     waves.vars().iter().enumerate().filter_map(|(i, var)| Some((i, name(&var.name)?))).collect()
+}
+
+/// The value in the first waveform as the second would write it.
+fn first_text<'a>(walk: &Walk<'a, impl Point<'a>>, pair: Pair) -> String {
+    let text = walk.text(0, pair.kind);
+    if pair.reversed { text.chars().rev().collect() } else { text }
+}
+
+/// Whether bits, the most significant first, are the same; of different widths the lowest are looked at.
+fn same_bits(a: &str, b: &str, dont_care: Option<Side>) -> bool {
+    a.bytes().rev().zip(b.bytes().rev()).all(|(a, b)| {
+        let any = match dont_care {
+            None => false,
+            Some(Side::A) => a == b'x',
+            Some(Side::B) => b == b'x',
+        };
+        any || a == b
+    })
 }
 
 #[derive(Clone, Copy)]
@@ -373,15 +418,15 @@ impl Compare {
         let mut found = Vec::new();
         let mut clock: Option<(usize, Named)> = None;
         for batch in pairs.chunks(BATCH) {
-            let loaded_a = load(a, batch.iter().map(|(pair, _)| pair.0))?;
-            let loaded_b = load(b, batch.iter().map(|(pair, _)| pair.1))?;
+            let loaded_a = load(a, batch.iter().map(|(pair, _)| pair.a))?;
+            let loaded_b = load(b, batch.iter().map(|(pair, _)| pair.b))?;
             for (pair, vars) in batch {
-                let (signal_a, signal_b) = (loaded_a.get(&pair.0), loaded_b.get(&pair.1));
+                let (signal_a, signal_b) = (loaded_a.get(&pair.a), loaded_b.get(&pair.b));
                 let walk = self.walk([(signal_a, a, self.scale.a), (signal_b, b, self.scale.b)]);
-                if let Some(time) = self.first_difference(walk, pair.2, values) {
+                if let Some(time) = self.first_difference(walk, *pair, values) {
                     found.extend(vars.iter().map(|&var| Found { time, var, pair: *pair }));
                 }
-                if pair.2 == ValueKind::Bits(1)
+                if pair.kind == ValueKind::Bits(1)
                     && let Some(changes) = signal_a.map(|signal| signal.time_indices().len())
                     && clock.is_none_or(|(most, _)| changes > most)
                 {
@@ -395,7 +440,7 @@ impl Compare {
     fn first_difference<'a>(
         &self,
         mut walk: Walk<'a, impl Point<'a>>,
-        kind: ValueKind,
+        pair: Pair,
         values: &mut u64,
     ) -> Option<u64> {
         while let Some(time) = walk.next() {
@@ -406,8 +451,12 @@ impl Compare {
                 continue;
             }
             *values += 1;
-            let [a, b] = [walk.value(0, kind), walk.value(1, kind)];
-            if !same(a, b, self.dont_care) {
+            let same = if pair.reversed {
+                same_bits(&first_text(&walk, pair), &walk.text(1, pair.kind), self.dont_care)
+            } else {
+                same(walk.value(0, pair.kind), walk.value(1, pair.kind), self.dont_care)
+            };
+            if !same {
                 return Some(time);
             }
         }
@@ -424,12 +473,12 @@ impl Compare {
         time: u64,
         count: usize,
     ) -> Result<(Vec<Row>, u64), ReadError> {
-        let loaded_a = load(a, std::iter::once(pair.0).chain(clock.map(|clock| clock.0)))?;
-        let loaded_b = load(b, std::iter::once(pair.1))?;
-        let clock = clock.and_then(|clock| loaded_a.get(&clock.0));
+        let loaded_a = load(a, std::iter::once(pair.a).chain(clock.map(|clock| clock.a)))?;
+        let loaded_b = load(b, std::iter::once(pair.b))?;
+        let clock = clock.and_then(|clock| loaded_a.get(&clock.a));
         let mut walk = self.walk([
-            (loaded_a.get(&pair.0), a, self.scale.a),
-            (loaded_b.get(&pair.1), b, self.scale.b),
+            (loaded_a.get(&pair.a), a, self.scale.a),
+            (loaded_b.get(&pair.b), b, self.scale.b),
             (clock, a, self.scale.a),
         ]);
         let mut rows = VecDeque::new();
@@ -443,7 +492,7 @@ impl Compare {
                 edges += 1;
             }
             before.clone_from(&level);
-            rows.push_back(Row { time: now, clock: level, a: walk.text(0, pair.2), b: walk.text(1, pair.2) });
+            rows.push_back(Row { time: now, clock: level, a: first_text(&walk, pair), b: walk.text(1, pair.kind) });
             if now >= time {
                 after += 1;
             } else if rows.len() > count {
@@ -455,12 +504,12 @@ impl Compare {
 
     /// Whether a variable is the same in both until a time, with at least three rising edges at equal distances.
     fn is_clock(&self, a: &mut Waves, b: &mut Waves, pair: Pair, until: u64) -> Result<bool, ReadError> {
-        let loaded_a = load(a, std::iter::once(pair.0))?;
-        let loaded_b = load(b, std::iter::once(pair.1))?;
-        let mut walk = self.walk([(loaded_a.get(&pair.0), a, self.scale.a), (loaded_b.get(&pair.1), b, self.scale.b)]);
+        let loaded_a = load(a, std::iter::once(pair.a))?;
+        let loaded_b = load(b, std::iter::once(pair.b))?;
+        let mut walk = self.walk([(loaded_a.get(&pair.a), a, self.scale.a), (loaded_b.get(&pair.b), b, self.scale.b)]);
         let (mut edges, mut before, mut last, mut period) = (0, String::new(), None, None);
         while let Some(now) = walk.next() {
-            let [x, y] = [walk.text(0, pair.2), walk.text(1, pair.2)];
+            let [x, y] = [walk.text(0, pair.kind), walk.text(1, pair.kind)];
             if now <= until && x != y {
                 return Ok(false);
             }

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-use wellen::{Hierarchy, ItemRef, SignalEncoding, Var};
+use wellen::{Hierarchy, ItemRef, SignalEncoding, SignalRef, Var};
 
 use super::Layout;
 use super::read::{Fault, ValueKind, WaveVar};
@@ -68,11 +68,19 @@ pub(super) fn names(hierarchy: &Hierarchy) -> Result<Names, Fault> {
                 let stem = path.len() + plain(var.name(hierarchy)).len();
                 let index = var.index().map(|range| (range.msb(), range.lsb()));
                 let signal = var.signal_ref();
-                vars.push(WaveVar { name, kind, index, signal, scopes: path.len() as u32, stem: stem as u32 });
+                let joined = joined(hierarchy, signal);
+                vars.push(WaveVar { name, kind, index, joined, signal, scopes: path.len() as u32, stem: stem as u32 });
             }
         }
     }
     Ok(Names { vars, index, scopes })
+}
+
+/// Whether the reader joined single bits that stand one after the other. It takes the highest index for the most
+/// significant, whatever the declaration was.
+fn joined(hierarchy: &Hierarchy, signal: SignalRef) -> bool {
+    let single = |&input: &SignalRef| hierarchy.get_signal_tpe(input) == Some(SignalEncoding::BitVector(1));
+    hierarchy.get_derived_signal(signal).is_some_and(|derived| derived.inputs().iter().all(single))
 }
 
 /// A name without the backslash by which Verilog escapes it, and which some simulators write.

@@ -7,6 +7,7 @@ use wellen::{BitVecRef, Signal, SignalRef, SignalValueRef};
 
 use super::read::{ReadError, Waves};
 use crate::value::Word;
+use crate::value::word::{copy, words};
 
 /// The values of some variables.
 pub struct Tracks {
@@ -39,14 +40,15 @@ impl Tracks {
         signal.into_iter().flat_map(|s| s.time_indices()).map(|&at| waves.times()[at as usize])
     }
 
-    /// Bit 0 of a variable at each of its [times](Tracks::times).
-    pub fn bits<'a>(&'a self, waves: &'a Waves, var: usize) -> impl Iterator<Item = (u64, Word)> + 'a {
+    /// A bit of a variable at each of its [times](Tracks::times).
+    pub fn bit<'a>(&'a self, waves: &'a Waves, var: usize, bit: u32) -> impl Iterator<Item = (u64, Word)> + 'a {
         let signal = self.of[var].map(|signal| &self.signals[signal]);
-        signal.into_iter().flat_map(|s| super::read::changes(s, waves.times())).filter_map(|(time, value)| {
+        signal.into_iter().flat_map(|s| super::read::changes(s, waves.times())).filter_map(move |(time, value)| {
             let SignalValueRef::BitVec(bits) = value else { return None };
-            let mut word = [Word::ZERO];
-            write(&mut word, 0, bits, 1);
-            Some((time, word[0]))
+            let mut below = vec![Word::ZERO; words(bit + 1)];
+            write(&mut below, 0, bits, bit + 1);
+            let Word { v, u } = below[bit as usize / 64];
+            Some((time, Word { v: v >> (bit % 64) & 1, u: u >> (bit % 64) & 1 }))
         })
     }
 
@@ -108,9 +110,16 @@ impl Player<'_> {
 pub struct Bits<'a>(BitVecRef<'a>);
 
 impl Bits<'_> {
-    /// Writes `width` of them over those of a vector from bit `at` up.
-    pub fn write(&self, to: &mut [Word], at: u32, width: u32) {
-        write(to, at, self.0, width);
+    /// Writes `width` of them over those of a vector from bit `at` up, or all, the most significant first.
+    pub fn write(&self, to: &mut [Word], at: u32, width: u32, reversed: bool) {
+        if !reversed {
+            return write(to, at, self.0, width);
+        }
+        let mut whole = vec![Word::ZERO; words(self.0.width())];
+        write(&mut whole, 0, self.0, self.0.width());
+        for (i, from) in (at..at + width).zip((0..self.0.width()).rev()) {
+            copy(to, i, &whole, from, 1);
+        }
     }
 }
 
@@ -149,7 +158,7 @@ mod tests {
         while let Some(time) = player.time() {
             player.step(&mut |var, bits| {
                 let mut word = [Word::known(0xff)];
-                bits.write(&mut word, 1, if var == 0 { 2 } else { 1 });
+                bits.write(&mut word, 1, if var == 0 { 2 } else { 1 }, false);
                 seen.push((time, var, word[0].v, word[0].u));
             });
         }

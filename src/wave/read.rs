@@ -51,6 +51,9 @@ pub struct WaveVar {
     pub kind: ValueKind,
     /// The first and the last index of its bits, if the file says: of a vector, of a part of one, or of a single bit.
     pub index: Option<(i64, i64)>,
+    /// Whether its bits stand in the file one by one, which does not tell which of them is the most significant: here it
+    /// is the one with the highest index.
+    pub joined: bool,
     pub(super) signal: SignalRef,
     /// How much of the name is scopes, and how much is all but the index.
     pub(super) scopes: u32,

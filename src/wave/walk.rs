@@ -72,19 +72,28 @@ pub(super) fn same(a: Sample<'_>, b: Sample<'_>, dont_care: Option<Side>) -> boo
         }
         (Sample::Value(a), Sample::Value(b)) if a == b => true,
         (Sample::Value(SignalValueRef::BitVec(a)), Sample::Value(SignalValueRef::BitVec(b))) => match dont_care {
+            // of bits that a synthesis cut off only the others are looked at
+            None if a.width() != b.width() => {
+                let mut bits = a.iter_lsb_to_msb().zip(b.iter_lsb_to_msb());
+                bits.all(|(a, b)| a.as_ascii() == b.as_ascii())
+            }
             None => false,
             Some(Side::A) => agrees(a, b),
             Some(Side::B) => agrees(b, a),
         },
         (Sample::Unknown(_), Sample::Unknown(_)) | (Sample::Nothing, Sample::Nothing) => true,
-        (Sample::Unknown(_), Sample::Value(SignalValueRef::BitVec(value))) => {
-            dont_care == Some(Side::A) || value.iter_lsb_to_msb().all(|bit| bit.as_ascii() == 'x')
+        (Sample::Unknown(width), Sample::Value(SignalValueRef::BitVec(value))) => {
+            dont_care == Some(Side::A) || all_x(value, width)
         }
-        (Sample::Value(SignalValueRef::BitVec(value)), Sample::Unknown(_)) => {
-            dont_care == Some(Side::B) || value.iter_lsb_to_msb().all(|bit| bit.as_ascii() == 'x')
+        (Sample::Value(SignalValueRef::BitVec(value)), Sample::Unknown(width)) => {
+            dont_care == Some(Side::B) || all_x(value, width)
         }
         _ => false,
     }
+}
+
+fn all_x(value: wellen::BitVecRef<'_>, width: u32) -> bool {
+    value.iter_lsb_to_msb().take(width as usize).all(|bit| bit.as_ascii() == 'x')
 }
 
 /// Whether every bit that is not x in the first is the same in the second.

@@ -114,7 +114,7 @@ pub struct Port<'a> {
     pub has_bits: bool,
     /// Two's complement.
     pub signed: bool,
-    /// The index of bit 0.
+    /// The lowest index.
     pub offset: i64,
     /// Whether indices rise towards the least significant bit.
     pub upto: bool,
@@ -150,7 +150,7 @@ pub struct Net<'a> {
     pub hidden: bool,
     /// Two's complement.
     pub signed: bool,
-    /// The index of bit 0.
+    /// The lowest index.
     pub offset: i64,
     /// Whether indices rise towards the least significant bit.
     pub upto: bool,

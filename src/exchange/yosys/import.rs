@@ -233,6 +233,7 @@ impl<'f, 'a> Import<'f, 'a> {
             };
             let scope = here.scope;
             let (signal, bus) = self.builder.declare(scope, &port.name, port.bits.len(), port.signed, Some(way));
+            self.builder.set_indices(signal, port.offset, port.upto);
             self.name_values(signal, named.get(port.name.as_ref()).copied());
             self.origins.signal(self.span_of(&port.name));
             for (bit, to) in here.module.bits(port.bits).to_vec().into_iter().zip(bus.bits()) {
@@ -250,6 +251,7 @@ impl<'f, 'a> Import<'f, 'a> {
             let bus = self.bus(here, here.module.bits(port.bits));
             let way = Some(Direction::Output);
             let signal = self.builder.name(here.scope, &port.name, bus, port.signed, false, way);
+            self.builder.set_indices(signal, port.offset, port.upto);
             self.name_values(signal, named.get(port.name.as_ref()).copied());
             self.origins.signal(self.span_of(&port.name));
         }
@@ -312,6 +314,7 @@ impl<'f, 'a> Import<'f, 'a> {
             let bus = self.bus(here, here.module.bits(net.bits));
             let way = port.copied().flatten().filter(|_| scope == here.scope);
             let signal = self.builder.name(scope, name, bus, net.signed, net.hidden, way);
+            self.builder.set_indices(signal, net.offset, net.upto);
             self.name_values(signal, Some(net));
             self.origins.signal(self.span_of(&net.name));
         }

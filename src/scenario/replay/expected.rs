@@ -1,13 +1,16 @@
 //! What a circuit's nets are in the waveform that drives it, and whether they were the same in the run.
 
-use super::names::{Mismatch, named};
-use super::{Finder, Replay, differs};
+use super::names::{Found, Mismatch, Part, named};
+use super::{Finder, Replay, differs, tick};
 use crate::diag::{Code, Diagnostic};
 use crate::netlist::{Direction, Netlist, SignalId};
 use crate::scenario::glob::{glob_path, glob_set};
 use crate::scenario::stimulus::Loose;
+use crate::value::Word;
+use crate::value::word::words;
 use crate::wave::Layout;
-use crate::wave::diff::{Difference, KindDifference, Options, Side, diff_pairs};
+use crate::wave::diff::{Difference, KindDifference, Options, Same, Side, diff_pairs};
+use crate::wave::play::Tracks;
 use crate::wave::read::{ReadError, Waves};
 use crate::wave::select::Pick;
 
@@ -16,11 +19,34 @@ use crate::wave::select::Pick;
 pub struct Expected {
     /// The nets, in the order of the circuit.
     pub signals: Vec<SignalId>,
-    /// For each of them its variables in the waveform, and the bits that they are.
-    parts: Vec<Vec<(usize, u32, u32)>>,
+    /// For each of them its variables in the waveform.
+    parts: Vec<Vec<Compared>>,
+    /// Those of which synthesis has cut bits off, on either side.
+    cut: Vec<Cut>,
     /// Nets that are there with another width: name, and what each is.
     unlike: Vec<(String, String, String)>,
     loose: Option<Loose>,
+}
+
+/// A variable of the waveform and the bits of the net that its lowest bits are compared with.
+#[derive(Clone, Copy, Debug)]
+struct Compared {
+    var: usize,
+    at: u32,
+    width: u32,
+    reversed: bool,
+}
+
+/// A net of which the waveform and the circuit have different numbers of bits: the lower ones are compared, the others
+/// must be constant, or repeat the sign.
+#[derive(Debug)]
+struct Cut {
+    name: String,
+    /// Its place among the signals.
+    place: usize,
+    wave: Found,
+    /// Bits of the circuit.
+    width: u32,
 }
 
 impl Expected {
@@ -38,7 +64,7 @@ impl Expected {
             }
         }
         let loose = wave.ignore_x.as_ref().map(|side| side.value);
-        let mut expected = Expected { signals: Vec::new(), parts: Vec::new(), unlike: Vec::new(), loose };
+        let mut expected = Expected { signals: Vec::new(), parts: Vec::new(), cut: Vec::new(), unlike: Vec::new(), loose };
         for signal in named(netlist) {
             let s = netlist.signal(signal);
             if s.is_top_port() && s.port == Some(Direction::Input) {
@@ -55,10 +81,26 @@ impl Expected {
                 continue;
             }
             let path = netlist.signal_path(signal);
-            match finder.names.parts(scope, &path, s.width) {
-                Ok(parts) => {
+            match finder.names.net(scope, &path, s) {
+                Ok(found) if found.width != s.width && s.is_top_port() => {
+                    let differs = differs(&path, s.width, found.mismatch());
+                    let fault = Diagnostic::new(Code::WidthMismatch, differs);
+                    finder.diagnostics.push(fault.at(wave.wave.span, "this waveform"));
+                }
+                Ok(found) if found.width != s.width && !found.begins_as(s) => {
+                    expected.unlike.push((path, bits(found.width), bits(s.width)));
+                }
+                Ok(found) => {
+                    let parts = found.parts.iter().filter(|part| part.at < s.width);
+                    let compared = |&Part { var, at, width, reversed }: &Part| {
+                        Compared { var, at, width: width.min(s.width - at), reversed }
+                    };
+                    expected.parts.push(parts.map(compared).collect());
+                    if found.width != s.width {
+                        let place = expected.signals.len();
+                        expected.cut.push(Cut { name: path, place, wave: found, width: s.width });
+                    }
                     expected.signals.push(signal);
-                    expected.parts.push(parts.iter().map(|part| (part.var, part.at, part.width)).collect());
                 }
                 Err(Mismatch::Missing) => {}
                 Err(other) if s.is_top_port() => {
@@ -66,7 +108,6 @@ impl Expected {
                     finder.diagnostics.push(fault.at(wave.wave.span, "this waveform"));
                 }
                 Err(other) => {
-                    let bits = |n: u32| if n == 1 { "1 bit".to_owned() } else { format!("{n} bits") };
                     let there = match other {
                         Mismatch::Kind(kind) => kind.to_string(),
                         Mismatch::Width(n) | Mismatch::Bits(n) => bits(n),
@@ -82,7 +123,8 @@ impl Expected {
                 finder.diagnostics.push(Diagnostic::new(Code::NoMatch, text).at(glob.span, ""));
             }
         }
-        if expected.signals.is_empty() && expected.unlike.is_empty() {
+        // what a circuit prints can be looked at without any net
+        if expected.signals.is_empty() && expected.unlike.is_empty() && !finder.speaks {
             let text = format!("there is nothing to compare: {} has no other net of the circuit", finder.place(scope));
             let fault = Diagnostic::new(Code::BadWave, text).at(wave.wave.span, "");
             return finder.fault(fault.help("record the outputs too, or name another scope"));
@@ -95,12 +137,20 @@ impl Expected {
     pub fn layout(&self, netlist: &Netlist) -> (Layout, Vec<Vec<Pick>>) {
         let mut layout = Layout { timescale: netlist.timescale(), ..Layout::default() };
         let scope = layout.scope("run", None);
-        let pick = |&(_, lo, width): &(usize, u32, u32)| {
-            let name = format!("v{}", layout.vars.len());
-            Pick { var: layout.var(scope, &name, width), lo, width }
-        };
-        let mut pick = pick;
-        let picks = self.parts.iter().map(|parts| parts.iter().map(&mut pick).collect()).collect();
+        let mut picks: Vec<Vec<Pick>> = Vec::new();
+        let mut count = 0;
+        for parts in &self.parts {
+            let mut pick = |&Compared { at, width, .. }: &Compared| {
+                let name = format!("v{count}");
+                count += 1;
+                Pick { var: layout.var(scope, &name, width), lo: at, width }
+            };
+            picks.push(parts.iter().map(&mut pick).collect());
+        }
+        for cut in self.cut.iter().filter(|cut| cut.width > cut.wave.width) {
+            let var = layout.var(scope, &format!("w{}", cut.place), cut.width);
+            picks[cut.place].push(Pick { var, lo: 0, width: cut.width });
+        }
         (layout, picks)
     }
 }
@@ -121,19 +171,76 @@ impl Replay {
             ignore_end: true,
             ..Options::default()
         };
-        let vars = expected.parts.iter().flatten().map(|&(var, _, _)| var);
         let mut pairs = Vec::new();
-        for (i, var) in vars.enumerate() {
-            pairs.extend(run.find(&format!("run.v{i}")).map(|run| (var, run)));
+        for (i, compared) in expected.parts.iter().flatten().enumerate() {
+            let of_run = run.find(&format!("run.v{i}"));
+            pairs.extend(of_run.map(|run| Same { a: compared.var, b: run, reversed: compared.reversed }));
+        }
+        let mut unlike = expected.unlike.clone();
+        let end = run.end();
+        for cut in &expected.cut {
+            let settled = if cut.wave.width > cut.width {
+                let tick = |time| tick(self.scale, time);
+                settled(&mut self.waves, &cut.wave.parts, cut.width, |time| tick(time) <= end)?
+            } else {
+                let var = run.find(&format!("run.w{}", cut.place));
+                let whole = var.map(|var| Part { var, at: 0, width: cut.width, reversed: false });
+                settled(&mut run, whole.as_slice(), cut.wave.width, |_| true)?
+            };
+            if !settled {
+                unlike.push((cut.name.clone(), bits(cut.wave.width), bits(cut.width)));
+            }
         }
         let mut difference = diff_pairs(&mut self.waves, &mut run, &pairs, &options)?;
         difference.a.name = format!("expected ({})", self.waves.path().display());
         difference.b.name = "this run".to_owned();
-        for (name, a, b) in &expected.unlike {
+        for (name, a, b) in &unlike {
             difference.same = false;
             let unlike = || KindDifference { name: name.clone(), a: a.clone(), b: b.clone() };
             difference.kinds.push(options.max_signals, unlike);
         }
         Ok(Some(difference))
     }
+}
+
+/// Whether all bits of a net from `from` up are constant, or repeat the bit below, as the sign does. What is x may be any.
+fn settled(
+    waves: &mut Waves,
+    parts: &[Part],
+    from: u32,
+    counts: impl Fn(u64) -> bool,
+) -> Result<bool, ReadError> {
+    let width = parts.iter().map(|part| part.at + part.width).max().unwrap_or(0);
+    let vars: Vec<usize> = parts.iter().map(|part| part.var).collect();
+    let tracks = Tracks::load(waves, &vars)?;
+    let mut player = tracks.play(waves);
+    let bit = |value: &[Word], bit: u32| {
+        let Word { v, u } = value[bit as usize / 64];
+        (v >> (bit % 64) & 1, u >> (bit % 64) & 1)
+    };
+    let mut value = vec![Word::x(u64::MAX); words(width)];
+    // of each of those bits the values that it has had, and whether it was ever another than the sign
+    let mut seen = vec![([false; 2], false); (width.saturating_sub(from)) as usize];
+    while player.time().is_some_and(&counts) {
+        player.step(&mut |lane, bits| {
+            let Part { at, width, reversed, .. } = parts[lane];
+            bits.write(&mut value, at, width, reversed);
+        });
+        let sign = bit(&value, from - 1);
+        for (i, (levels, unlike)) in (from..width).zip(&mut seen) {
+            let (v, u) = bit(&value, i);
+            match (v, u) {
+                (_, 0) => levels[v as usize] = true,
+                // z is neither
+                (1, _) => *levels = [true; 2],
+                _ => {}
+            }
+            *unlike |= u == 0 && sign.1 == 0 && v != sign.0 || v == 1 && u == 1;
+        }
+    }
+    Ok(seen.iter().all(|(levels, unlike)| *levels != [true; 2] || !unlike))
+}
+
+fn bits(n: u32) -> String {
+    if n == 1 { "1 bit".to_owned() } else { format!("{n} bits") }
 }

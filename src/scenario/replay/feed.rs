@@ -1,6 +1,6 @@
 //! Driving the inputs of an engine as a waveform says, tick by tick.
 
-use super::{Driven, Replay};
+use super::{Driven, Lane, Replay};
 use crate::engine::Engine;
 use crate::netlist::Turn;
 use crate::value::Word;
@@ -14,6 +14,8 @@ pub struct Feed<'r> {
     inputs: Vec<Input>,
     /// Inputs that change at the present tick.
     changed: Vec<usize>,
+    /// For each unit whether a clock of it changes at the present tick.
+    clocked: Vec<bool>,
     /// The turns of this tick that are still to come.
     rest: Vec<Turn>,
 }
@@ -45,6 +47,7 @@ impl<'r> Feed<'r> {
             player: replay.tracks.play(&replay.waves),
             inputs: replay.inputs.iter().map(input).collect(),
             changed: Vec::new(),
+            clocked: vec![false; replay.units.as_ref().map_or(0, Vec::len)],
             rest: Vec::new(),
         }
     }
@@ -60,14 +63,23 @@ impl<'r> Feed<'r> {
         for input in self.changed.drain(..) {
             self.inputs[input].changes = false;
         }
-        let Feed { replay, player, inputs, changed, .. } = self;
+        self.clocked.fill(false);
+        let Feed { replay, player, inputs, changed, clocked, .. } = self;
         player.step(&mut |lane, bits| {
-            let (input, at, width) = replay.lanes[lane];
-            bits.write(&mut inputs[input].value, at, width);
+            let Lane { input, at, width, reversed } = replay.lanes[lane];
+            bits.write(&mut inputs[input].value, at, width, reversed);
             if !std::mem::replace(&mut inputs[input].changes, true) {
                 changed.push(input);
             }
         });
+        if replay.units.is_some() {
+            for &i in changed.iter() {
+                let (driven, input) = (&replay.inputs[i], &inputs[i]);
+                let words = input.given.iter().zip(&input.value).zip(&driven.clocks);
+                let mut words = words.map(|((given, new), clocks)| (given.v ^ new.v | given.u ^ new.u) & clocks);
+                clocked[driven.unit] |= words.any(|changes| changes != 0);
+            }
+        }
     }
 
     /// Gives the engine what comes first: the clocks, or, where none changes, what else is a clock; or `all`.
@@ -99,9 +111,19 @@ impl<'r> Feed<'r> {
         let mut any = false;
         for &i in &self.changed {
             let (driven, input) = (&self.replay.inputs[i], &mut self.inputs[i]);
-            let Some((_, bits)) = driven.turns.iter().find(|(t, _)| *t == turn) else { continue };
+            // one assignment changes all bits of a vector at once
+            let whole = self.replay.units.as_ref().map(|units| match self.clocked[driven.unit] {
+                true => units[driven.unit].turn == turn,
+                false => turn == Turn::Data,
+            });
             let mut changes = false;
-            for ((given, new), mask) in input.given.iter_mut().zip(&input.value).zip(bits) {
+            for ((given, new), clocks) in input.given.iter_mut().zip(&input.value).zip(&driven.clocks) {
+                let mask = match (whole, turn) {
+                    (Some(true), _) => u64::MAX,
+                    (None, Turn::Clock) => *clocks,
+                    (None, Turn::Data) => !clocks,
+                    _ => 0,
+                };
                 let word = Word { v: given.v & !mask | new.v & mask, u: given.u & !mask | new.u & mask };
                 changes |= std::mem::replace(given, word) != word;
             }

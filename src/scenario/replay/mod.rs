@@ -1,10 +1,12 @@
-//! A waveform in place of a stimulus: what it drives (`names` finds it, `feed` does it), and what is compared with it
-//! (`expected`).
+//! A waveform in place of a stimulus: what it drives (`names` finds it, `together` says in which order, `feed` does it),
+//! and what is compared with it (`expected`).
 
 mod expected;
 mod feed;
 mod names;
+mod together;
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::Path;
 
@@ -13,7 +15,7 @@ use super::stimulus::WaveStimulus;
 use crate::circuit::Circuit;
 use crate::diag::{Code, Diagnostic, Diagnostics, Span};
 use crate::json::Spanned;
-use crate::netlist::{Direction, NetId, Netlist, SignalId, Turn};
+use crate::netlist::{Bit, Direction, NetId, Netlist, Signal, SignalId};
 use crate::timescale::Timescale;
 use crate::wave::play::Tracks;
 use crate::wave::read::Waves;
@@ -21,6 +23,7 @@ use crate::wave::read::Waves;
 pub use expected::Expected;
 pub use feed::Feed;
 use names::{Mismatch, Names, Part};
+use together::{Unit, mask, together};
 
 /// An input that the waveform drives.
 #[derive(Debug)]
@@ -30,10 +33,32 @@ struct Driven {
     width: u32,
     /// Whether what nothing drives is z: the circuit may drive it too.
     floats: bool,
-    /// Its bits by when they take effect, as masks of its words.
-    turns: Vec<(Turn, Vec<u64>)>,
+    /// Those of its bits that are clocks, as a mask of its words.
+    clocks: Vec<u64>,
+    /// What it changes together with, among the [units](Replay::units).
+    unit: usize,
     /// The first of its variables among the [lanes](Replay::lanes).
     lane: usize,
+}
+
+/// A variable that is played: the input of which it is a part, the lowest bit of that part, its width.
+#[derive(Clone, Copy, Debug)]
+struct Lane {
+    input: usize,
+    at: u32,
+    width: u32,
+    reversed: bool,
+}
+
+impl Lane {
+    fn has(&self, bit: u32) -> bool {
+        (self.at..self.at + self.width).contains(&bit)
+    }
+
+    /// The bit of the variable that is a bit of the input.
+    fn bit(&self, bit: u32) -> u32 {
+        if self.reversed { self.width - 1 - (bit - self.at) } else { bit - self.at }
+    }
 }
 
 /// How the ticks of the waveform and those of the circuit go together.
@@ -45,17 +70,35 @@ enum Scale {
     Over(u64),
 }
 
+/// The tick of the circuit for a time of the waveform.
+fn tick(scale: Scale, time: u64) -> u64 {
+    match scale {
+        Scale::Times(n) => time * n,
+        Scale::Over(n) => time / n,
+    }
+}
+
+/// A bit of an input that is a clock.
+#[derive(Clone, Debug)]
+pub(super) struct ClockBit {
+    /// Its name.
+    pub name: String,
+    lane: usize,
+    bit: u32,
+}
+
 /// A waveform that drives a circuit.
 pub struct Replay {
     waves: Waves,
     scope: String,
     inputs: Vec<Driven>,
-    /// For each variable that is played the input of which it is a part, the lowest bit of that part, its width.
-    lanes: Vec<(usize, u32, u32)>,
+    /// What changes together, if one assignment changes all bits of a vector; none if it was said which bits come first.
+    units: Option<Vec<Unit>>,
+    lanes: Vec<Lane>,
     tracks: Tracks,
     scale: Scale,
-    /// The clock whose cycles count: its name, and its lane.
-    clock: Option<(String, usize)>,
+    /// The clock whose cycles count.
+    clock: Option<ClockBit>,
     expected: Option<Expected>,
 }
 
@@ -87,7 +130,8 @@ impl Replay {
     ) -> Option<Replay> {
         let before = diagnostics.errors();
         let netlist = &circuit.netlist;
-        let finder = Finder { netlist, wave, waves: &waves, names: Names::new(&waves), diagnostics };
+        let speaks = !circuit.monitors.is_empty();
+        let finder = Finder { netlist, speaks, wave, waves: &waves, names: Names::new(&waves), diagnostics };
         let (scope, found, expected) = finder.find(simulation)?;
         let mut vars = Vec::new();
         let (mut inputs, mut lanes) = (Vec::new(), Vec::new());
@@ -97,27 +141,12 @@ impl Replay {
             let floats = s.port == Some(Direction::Inout);
             let lane = lanes.len();
             for part in parts {
-                lanes.push((inputs.len(), part.at, part.width));
+                let Part { at, width, reversed, .. } = part;
+                lanes.push(Lane { input: inputs.len(), at, width, reversed });
                 vars.push(part.var);
             }
-            inputs.push(Driven { signal, net, width: s.width, floats, turns: Vec::new(), lane });
-        }
-        let first: Vec<NetId> =
-            wave.first.iter().filter_map(|name| first(netlist, name, &inputs, diagnostics)).collect();
-        let turns = if wave.first.is_empty() { netlist.turns() } else { netlist.turns_with(&first) };
-        let mut clock = None;
-        for driven in &mut inputs {
-            for bit in 0..driven.width {
-                let turn = turns.of(driven.net, bit);
-                let at = driven.turns.iter().position(|(t, _)| *t == turn).unwrap_or_else(|| {
-                    driven.turns.push((turn, vec![0; crate::value::word::words(driven.width)]));
-                    driven.turns.len() - 1
-                });
-                driven.turns[at].1[bit as usize / 64] |= 1 << (bit % 64);
-            }
-            if clock.is_none() && driven.width == 1 && turns.of(driven.net, 0) == Turn::Clock {
-                clock = Some((netlist.signal(driven.signal).name.clone(), driven.lane));
-            }
+            let (clocks, unit) = (Vec::new(), 0);
+            inputs.push(Driven { signal, net, width: s.width, floats, clocks, unit, lane });
         }
         let tell = |text: String| Diagnostic::new(Code::BadWave, text).at(wave.wave.span, "");
         let tracks = match Tracks::load(&mut waves, &vars) {
@@ -127,6 +156,27 @@ impl Replay {
                 return None;
             }
         };
+        let units = if wave.first.is_empty() {
+            let found = together(netlist, &mut inputs, &lanes, &waves, &tracks, &vars);
+            if let Some(gate) = found.ambiguous.first() {
+                let more = found.ambiguous.len() - 1;
+                diagnostics.push(ambiguous(netlist, &inputs, gate, more).at(wave.wave.span, ""));
+            }
+            Some(found.units)
+        } else {
+            let bits = wave.first.iter().flat_map(|name| first(netlist, name, &inputs, diagnostics));
+            let bits: BTreeSet<Bit> = bits.collect();
+            inputs.iter_mut().for_each(|driven| driven.clocks = mask(driven, |bit| bits.contains(&bit)));
+            None
+        };
+        let scalars = inputs.iter().filter(|driven| driven.width == 1);
+        let clock = scalars.chain(inputs.iter().filter(|driven| driven.width > 1)).find_map(|driven| {
+            let is_clock = |bit: &u32| driven.clocks[*bit as usize / 64] >> (bit % 64) & 1 == 1;
+            let bit = (0..driven.width).find(is_clock)?;
+            let own = driven.lane..lanes.len();
+            let lane = own.clone().find(|&lane| lanes[lane].has(bit))?;
+            Some(ClockBit { name: bit_name(netlist.signal(driven.signal), bit), lane, bit: lanes[lane].bit(bit) })
+        });
         let scale = match scale(&waves, netlist.timescale()) {
             Ok(scale) => scale,
             Err(text) => {
@@ -134,7 +184,7 @@ impl Replay {
                 return None;
             }
         };
-        let replay = Replay { waves, scope, inputs, lanes, tracks, scale, clock, expected };
+        let replay = Replay { waves, scope, inputs, units, lanes, tracks, scale, clock, expected };
         replay.on_ticks(netlist, wave.wave.span, diagnostics);
         (diagnostics.errors() == before).then_some(replay)
     }
@@ -142,7 +192,7 @@ impl Replay {
     /// Tells of changes that are between two ticks of the circuit.
     fn on_ticks(&self, netlist: &Netlist, span: Span, diagnostics: &mut Diagnostics) {
         let Scale::Over(ticks) = self.scale else { return };
-        for (lane, &(input, _, _)) in self.lanes.iter().enumerate() {
+        for (lane, &Lane { input, .. }) in self.lanes.iter().enumerate() {
             if let Some(time) = self.tracks.times(&self.waves, lane).find(|time| !time.is_multiple_of(ticks)) {
                 let at = self.waves.timescale().map_or_else(|| format!("tick {time}"), |t| t.time(time));
                 let name = &netlist.signal(self.inputs[input].signal).name;
@@ -186,10 +236,7 @@ impl Replay {
     }
 
     fn tick(&self, time: u64) -> u64 {
-        match self.scale {
-            Scale::Times(n) => time * n,
-            Scale::Over(n) => time / n,
-        }
+        tick(self.scale, time)
     }
 
     /// What is compared, if something is.
@@ -204,16 +251,16 @@ impl Replay {
         Feed::new(self)
     }
 
-    /// The first input that is a clock, by its name, for [`last_of`](Replay::last_of).
-    pub(super) fn clock(&self) -> Option<(&str, usize)> {
-        self.clock.as_ref().map(|(name, lane)| (name.as_str(), *lane))
+    /// The first input, or bit of one, that is a clock, for [`last_of`](Replay::last_of).
+    pub(super) fn clock(&self) -> Option<&ClockBit> {
+        self.clock.as_ref()
     }
 
     /// The tick of the falling edge that ends so many cycles of a clock, or the last before its first rising edge; if
     /// it has not as many, how many it has.
-    pub(super) fn last_of(&self, clock: usize, cycles: u64) -> Result<u64, u64> {
+    pub(super) fn last_of(&self, clock: &ClockBit, cycles: u64) -> Result<u64, u64> {
         let (mut rises, mut falls, mut high, mut low) = (0, 0, false, false);
-        for (time, bit) in self.tracks.bits(&self.waves, clock) {
+        for (time, bit) in self.tracks.bit(&self.waves, clock.lane, clock.bit) {
             let tick = self.tick(time);
             if bit.is_one() && low {
                 rises += 1;
@@ -233,21 +280,59 @@ impl Replay {
     }
 }
 
-/// The net of an input that is to come first.
+/// The bits of an input that are to come first, `a`, `a[3]`, or `a[7:4]`; none if there are no such.
 fn first(
     netlist: &Netlist,
     name: &crate::circuit::Name,
     inputs: &[Driven],
     diagnostics: &mut Diagnostics,
-) -> Option<NetId> {
-    let found = inputs.iter().find(|driven| netlist.signal(driven.signal).name == name.value);
-    if found.is_none() {
-        let names = inputs.iter().map(|driven| netlist.signal(driven.signal).name.as_str());
-        let text = format!("the waveform drives no input `{}`", name.value);
-        let fault = Diagnostic::new(Code::UnknownNet, text).at(name.span, "this cannot come first");
-        diagnostics.push(fault.did_you_mean(name, names));
+) -> Vec<Bit> {
+    let find = |name: &str| inputs.iter().find(|driven| netlist.signal(driven.signal).name == name);
+    if let Some(driven) = find(&name.value) {
+        return (0..driven.width).map(|bit| (driven.net, bit)).collect();
     }
-    found.map(|driven| driven.net)
+    let part = name.value.strip_suffix(']').and_then(|rest| rest.rsplit_once('['));
+    if let Some((driven, range)) = part.and_then(|(stem, range)| Some((find(stem)?, range))) {
+        let (from, to) = range.split_once(':').unwrap_or((range, range));
+        let bit = |index: &str| netlist.signal(driven.signal).bit(index.trim().parse().ok()?);
+        if let (Some(from), Some(to)) = (bit(from), bit(to)) {
+            return (from.min(to)..=from.max(to)).map(|bit| (driven.net, bit)).collect();
+        }
+    }
+    let names = inputs.iter().map(|driven| netlist.signal(driven.signal).name.as_str());
+    let text = format!("the waveform drives no input `{}`", name.value);
+    let fault = Diagnostic::new(Code::UnknownNet, text).at(name.span, "this cannot come first");
+    diagnostics.push(fault.did_you_mean(name, names));
+    Vec::new()
+}
+
+/// A bit of an input as people write it.
+fn bit_name(signal: &Signal, bit: u32) -> String {
+    if signal.width == 1 { signal.name.clone() } else { format!("{}[{}]", signal.name, signal.index(bit)) }
+}
+
+/// What to say of gates of latches that may be the clock, or data.
+fn ambiguous(netlist: &Netlist, inputs: &[Driven], gate: &Bit, more: usize) -> Diagnostic {
+    let name = |(net, bit): Bit| {
+        let driven = inputs.iter().find(|driven| driven.net == net);
+        driven.map_or_else(String::new, |driven| bit_name(netlist.signal(driven.signal), bit))
+    };
+    let others = match more {
+        0 => String::new(),
+        1 => " and another".to_owned(),
+        n => format!(" and {n} others"),
+    };
+    let gate = name(*gate);
+    let text = format!("`{gate}`{others}, the gate of a latch, changes at times at which a clock does");
+    let clocks: Vec<String> = inputs
+        .iter()
+        .flat_map(|driven| (0..driven.width).map(move |bit| (driven, bit)))
+        .filter(|(driven, bit)| driven.clocks[*bit as usize / 64] >> (bit % 64) & 1 == 1)
+        .map(|(driven, bit)| format!("--first {}", name((driven.net, bit))))
+        .collect();
+    Diagnostic::new(Code::AmbiguousOrder, text)
+        .note("it is taken to change after the clock, as data does")
+        .help(format!("if it changes with the clock, say so: `{} --first {gate}`", clocks.join(" ")))
 }
 
 /// How ticks go together. Of a file that does not say, one is one of the circuit.
@@ -267,6 +352,8 @@ fn scale(waves: &Waves, timescale: Timescale) -> Result<Scale, String> {
 /// Looks a circuit up in a waveform.
 struct Finder<'a> {
     netlist: &'a Netlist,
+    /// Whether the circuit prints or checks something itself.
+    speaks: bool,
     wave: &'a WaveStimulus,
     waves: &'a Waves,
     names: Names<'a>,
@@ -288,16 +375,15 @@ impl Finder<'_> {
             .signal_ids()
             .filter(|&s| netlist.signal(s).drive.is_some() && !given(&netlist.signal(s).name))
             .collect();
-        let wanted: Vec<&str> = inputs.iter().map(|&s| netlist.signal(s).name.as_str()).collect();
         let scope = match &self.wave.scope {
             Some(scope) => self.given(scope)?,
-            None => self.search(&wanted)?,
+            None => self.search(&inputs)?,
         };
         let mut found = Vec::new();
         let mut missing = Vec::new();
         for signal in inputs {
             let (name, width) = (&netlist.signal(signal).name, netlist.signal(signal).width);
-            match self.names.parts(&scope, name, width) {
+            match self.names.parts(&scope, name, netlist.signal(signal)) {
                 Ok(parts) => found.push((signal, parts)),
                 Err(Mismatch::Missing) => missing.push(format!("`{name}`")),
                 Err(other) => {
@@ -337,30 +423,32 @@ impl Finder<'_> {
     }
 
     /// The only scope that has what is wanted.
-    fn search(&mut self, wanted: &[&str]) -> Option<String> {
+    fn search(&mut self, wanted: &[SignalId]) -> Option<String> {
         let span = self.wave.wave.span;
         let file = self.waves.path().display();
         let outputs = || {
-            let ports = self.netlist.ports().map(|s| self.netlist.signal(s));
-            ports.filter(|s| s.port != Some(Direction::Input)).map(|s| s.name.as_str()).collect::<Vec<_>>()
+            let ports = self.netlist.ports();
+            ports.filter(|&s| self.netlist.signal(s).port != Some(Direction::Input)).collect::<Vec<_>>()
         };
+        let nets = self.names.nets_of_scopes(self.netlist);
         // without inputs it is known by its outputs
         let scopes = match wanted {
-            [] => self.names.scopes(&outputs(), self.netlist),
-            _ => self.names.scopes(wanted, self.netlist),
+            [] => self.names.scopes_with(&nets, &outputs(), self.netlist),
+            _ => self.names.scopes_with(&nets, wanted, self.netlist),
         };
         match scopes[..] {
             [one] => Some(one.to_owned()),
             [] => {
-                let list: Vec<String> = wanted.iter().map(|name| format!("`{name}`")).collect();
+                let name = |s: &SignalId| self.netlist.signal(*s).name.as_str();
+                let list: Vec<String> = wanted.iter().map(|s| format!("`{}`", name(s))).collect();
                 let text = match &list[..] {
                     [] => format!("no scope of `{file}` has all outputs of the circuit"),
                     _ => format!("no scope of `{file}` has the input{} {}", plural(&list), list.join(", ")),
                 };
                 let fault = Diagnostic::new(Code::BadWave, text).at(span, "");
-                let fault = match self.names.nearest(wanted) {
+                let fault = match nets.nearest(wanted) {
                     Some(scope) => {
-                        let lacks = wanted.iter().filter(|name| !self.names.has(scope, name));
+                        let lacks = wanted.iter().map(name).filter(|name| !self.names.has(scope, name));
                         let lacks: Vec<String> = lacks.map(|name| format!("`{name}`")).collect();
                         fault.note(format!("{} lacks {}", self.place(scope), lacks.join(", ")))
                     }

@@ -1,8 +1,8 @@
-//! Where in a waveform a circuit stands, and which of its variables are which nets.
+//! Where in a waveform a circuit stands, and which of its variables are which nets. Knows names and widths, no values.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
-use crate::netlist::{Netlist, SignalId};
+use crate::netlist::{Netlist, Signal, SignalId};
 use crate::wave::read::{ValueKind, WaveVar, Waves};
 
 /// A variable that is a net, or a part of one.
@@ -14,6 +14,19 @@ pub(super) struct Part {
     pub at: u32,
     /// How many.
     pub width: u32,
+    /// Whether its most significant bit is the least significant of the net's.
+    pub reversed: bool,
+}
+
+/// The variables that are a net, the least significant first, without a gap.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct Found {
+    /// The variables.
+    pub parts: Vec<Part>,
+    /// Their bits together: how wide the net is in the waveform.
+    pub width: u32,
+    /// The index of the least significant bit, if the file says.
+    lsb: Option<i64>,
 }
 
 /// Why no variable is a net.
@@ -25,7 +38,7 @@ pub(super) enum Mismatch {
     Kind(ValueKind),
     /// It has another number of bits.
     Width(u32),
-    /// It stands there bit by bit, with so many of them.
+    /// It stands there in parts, with so many bits together.
     Bits(u32),
 }
 
@@ -54,9 +67,15 @@ impl<'w> Names<'w> {
         self.by_stem.contains_key(full.as_str()) || self.waves.find(&full).is_some()
     }
 
-    /// What a net of `width` bits is in the waveform: one variable, or several that have its bits one by one or in
-    /// parts, without a gap.
-    pub fn parts(&self, scope: &str, path: &str, width: u32) -> Result<Vec<Part>, Mismatch> {
+    /// What a net is in the waveform, with the circuit's width: one variable, or several that have its bits one by one
+    /// or in parts.
+    pub fn parts(&self, scope: &str, path: &str, signal: &Signal) -> Result<Vec<Part>, Mismatch> {
+        let found = self.net(scope, path, signal)?;
+        if found.width == signal.width { Ok(found.parts) } else { Err(found.mismatch()) }
+    }
+
+    /// What a net is in the waveform, however wide it is there.
+    pub fn net(&self, scope: &str, path: &str, signal: &Signal) -> Result<Found, Mismatch> {
         let full = Names::full(scope, path);
         // `a[3]` may be a name
         let exact = self.waves.find(&full);
@@ -64,54 +83,37 @@ impl<'w> Names<'w> {
             Some(vars) => vars.iter().map(|&i| (i, &self.waves.vars()[i])).collect(),
             None => exact.iter().map(|&i| (i, &self.waves.vars()[i])).collect(),
         };
-        if let Some(&(var, _)) = vars.iter().find(|(_, v)| v.kind == ValueKind::Bits(width)) {
-            return Ok(vec![Part { var, at: 0, width }]);
-        }
         let Some((_, first)) = vars.first() else { return Err(Mismatch::Missing) };
         let mut pieces = Vec::new();
         for (i, var) in &vars {
-            match (var.kind, var.index) {
-                (ValueKind::Bits(bits), Some((msb, lsb))) if msb.abs_diff(lsb) + 1 == u64::from(bits) => {
-                    pieces.push((*i, msb, lsb, bits));
-                }
-                (ValueKind::Bits(bits), _) => return Err(Mismatch::Width(bits)),
-                (kind, _) => return Err(Mismatch::Kind(kind)),
+            if let ValueKind::Bits(width) = var.kind {
+                let index = var.index.filter(|(msb, lsb)| msb.abs_diff(*lsb) + 1 == u64::from(width));
+                pieces.push(Piece { var: *i, index, width, joined: var.joined });
             }
         }
-        if let [only] = pieces[..]
-            && let ValueKind::Bits(bits) = first.kind
-            && only.1 != only.2
-        {
-            return Err(Mismatch::Width(bits));
+        if pieces.is_empty() {
+            return Err(Mismatch::Kind(first.kind));
         }
-        let upwards = pieces.iter().any(|(_, msb, lsb, _)| msb < lsb);
-        let lowest = pieces.iter().map(|(_, msb, lsb, _)| *msb.min(lsb)).min().unwrap_or(0);
-        let highest = pieces.iter().map(|(_, msb, lsb, _)| *msb.max(lsb)).max().unwrap_or(0);
-        let mut parts: Vec<Part> = Vec::new();
-        for (var, msb, lsb, width) in pieces {
-            let at = if upwards { highest.abs_diff(msb.max(lsb)) } else { lowest.abs_diff(msb.min(lsb)) };
-            parts.push(Part { var, at: u32::try_from(at).unwrap_or(u32::MAX), width });
+        let wholes = || pieces.iter().filter(|piece| pieces.iter().all(|other| piece.covers(other)));
+        if let Some(whole) = wholes().find(|whole| whole.width == signal.width).or_else(|| wholes().next()) {
+            let reversed = whole.joined && signal.upto;
+            let lsb = whole.index.map(|(msb, lsb)| if reversed { msb } else { lsb });
+            let parts = vec![Part { var: whole.var, at: 0, width: whole.width, reversed }];
+            return Ok(Found { parts, width: whole.width, lsb });
         }
-        parts.sort_by_key(|part| (part.at, part.width, part.var));
-        parts.dedup_by_key(|part| (part.at, part.width));
-        let mut next = 0;
-        for part in &parts {
-            if part.at != next {
-                return Err(Mismatch::Bits(parts.iter().map(|p| p.width).sum()));
-            }
-            next += part.width;
-        }
-        if next == width { Ok(parts) } else { Err(Mismatch::Bits(next)) }
+        assembled(&pieces, signal.upto)
     }
 
-    /// Whether two scopes show the same things: every net of the circuit that is in one is in the other, and the same.
-    fn same(&self, a: &str, b: &str, netlist: &Netlist) -> bool {
-        named(netlist).all(|signal| {
-            let (path, width) = (netlist.signal_path(signal), netlist.signal(signal).width);
-            match (self.parts(a, &path, width), self.parts(b, &path, width)) {
+    /// Whether two scopes show the same of nets that are in both.
+    fn same(&self, a: &str, b: &str, nets: &[SignalId], netlist: &Netlist) -> bool {
+        nets.iter().all(|&signal| {
+            let (path, signal) = (netlist.signal_path(signal), netlist.signal(signal));
+            match (self.parts(a, &path, signal), self.parts(b, &path, signal)) {
                 (Ok(a), Ok(b)) => {
                     a.len() == b.len()
-                        && a.iter().zip(&b).all(|(a, b)| a.at == b.at && self.waves.are_one(a.var, b.var))
+                        && a.iter().zip(&b).all(|(a, b)| {
+                            (a.at, a.reversed) == (b.at, b.reversed) && self.waves.are_one(a.var, b.var)
+                        })
                 }
                 (Err(_), Err(_)) => true,
                 _ => false,
@@ -119,36 +121,139 @@ impl<'w> Names<'w> {
         })
     }
 
-    /// The scopes that have everything in `wanted`, that or those first in which most nets of the circuit are. One
-    /// alone if the others have fewer or show the same.
-    pub fn scopes(&self, wanted: &[&str], netlist: &Netlist) -> Vec<&'w str> {
-        let all = std::iter::once("").chain(self.waves.scopes().iter().map(String::as_str));
-        let mut having: Vec<&str> = all.filter(|scope| wanted.iter().all(|name| self.has(scope, name))).collect();
-        having.dedup();
-        if having.len() > 1 {
-            let paths: Vec<String> = named(netlist).map(|s| netlist.signal_path(s)).collect();
-            let count = |scope: &str| paths.iter().filter(|path| self.has(scope, path)).count();
-            let counts: Vec<usize> = having.iter().map(|scope| count(scope)).collect();
-            let most = counts.iter().copied().max().unwrap_or(0);
-            having = having.into_iter().zip(counts).filter(|(_, n)| *n == most && most > 0).map(|(s, _)| s).collect();
+    /// For each scope that has any the nets of the circuit that it has. Takes time in proportion to the names of the
+    /// waveform and their depth, not to scopes times nets.
+    pub fn nets_of_scopes(&self, netlist: &Netlist) -> NetsOfScopes<'w> {
+        let paths: HashMap<String, SignalId> = named(netlist).map(|s| (netlist.signal_path(s), s)).collect();
+        let numbers: HashMap<&str, usize> =
+            std::iter::once("").chain(self.scopes()).enumerate().map(|(i, scope)| (scope, i)).collect();
+        let mut nets: HashMap<&'w str, (usize, Vec<SignalId>)> = HashMap::new();
+        let mut names: HashSet<&'w str> = HashSet::new();
+        for var in self.waves.vars() {
+            for full in [var.stem(), var.name.as_str()] {
+                if !names.insert(full) {
+                    continue;
+                }
+                let dots = full.match_indices('.').map(|(at, _)| (&full[..at], &full[at + 1..]));
+                for (scope, path) in std::iter::once(("", full)).chain(dots) {
+                    if let (Some(&signal), Some(&number)) = (paths.get(path), numbers.get(scope)) {
+                        nets.entry(scope).or_insert_with(|| (number, Vec::new())).1.push(signal);
+                    }
+                }
+            }
         }
-        if having.len() > 1 && having[1..].iter().all(|other| self.same(having[0], other, netlist)) {
-            having.truncate(1);
-        }
-        having
+        let mut list: Vec<(usize, &str, Vec<SignalId>)> =
+            nets.into_iter().map(|(scope, (number, nets))| (number, scope, nets)).collect();
+        list.sort_unstable_by_key(|(number, ..)| *number);
+        NetsOfScopes(list.into_iter().map(|(_, scope, nets)| (scope, nets)).collect())
     }
 
-    /// The scope that has most of what is wanted, if any has some.
-    pub fn nearest(&self, wanted: &[&str]) -> Option<&'w str> {
-        let all: Vec<&str> = std::iter::once("").chain(self.waves.scopes().iter().map(String::as_str)).collect();
-        let count = |scope: &str| wanted.iter().filter(|name| self.has(scope, name)).count();
+    fn scopes(&self) -> impl Iterator<Item = &'w str> {
+        self.waves.scopes().iter().map(String::as_str)
+    }
+
+    /// The scopes that have all `wanted` nets, that or those first in which most nets of the circuit are. One alone if
+    /// the others have fewer or show the same.
+    pub fn scopes_with(&self, nets: &NetsOfScopes<'w>, wanted: &[SignalId], netlist: &Netlist) -> Vec<&'w str> {
+        let all = wanted.iter().copied().collect::<HashSet<_>>();
+        let having = || nets.0.iter().filter(|(_, nets)| count(nets, &all) == all.len());
+        let most = having().map(|(_, nets)| nets.len()).max().unwrap_or(0);
+        let having: Vec<&(&str, Vec<SignalId>)> = having().filter(|(_, nets)| nets.len() == most).collect();
+        if let [(first, nets), others @ ..] = &having[..] {
+            let nets_of_first: HashSet<_> = nets.iter().copied().collect();
+            let alike = |other: &Vec<SignalId>| count(other, &nets_of_first) == nets.len();
+            if others.iter().all(|(scope, other)| alike(other) && self.same(first, scope, nets, netlist)) {
+                return vec![first];
+            }
+        }
+        having.into_iter().map(|(scope, _)| *scope).collect()
+    }
+}
+
+/// How many of some nets are among others; each is there once.
+fn count(nets: &[SignalId], among: &HashSet<SignalId>) -> usize {
+    nets.iter().filter(|net| among.contains(net)).count()
+}
+
+/// The nets of the circuit that scopes of a waveform have, in the order of the file; the top first, by no name.
+pub(super) struct NetsOfScopes<'w>(Vec<(&'w str, Vec<SignalId>)>);
+
+impl<'w> NetsOfScopes<'w> {
+    /// The first scope that has most of what is wanted, if any has some.
+    pub fn nearest(&self, wanted: &[SignalId]) -> Option<&'w str> {
+        let wanted: HashSet<SignalId> = wanted.iter().copied().collect();
+        let counted = self.0.iter().map(|(scope, nets)| (count(nets, &wanted), *scope));
         // the first of those that have as many
-        all.into_iter()
-            .map(|scope| (count(scope), scope))
-            .filter(|(n, _)| *n > 0)
-            .rev()
-            .max_by_key(|(n, _)| *n)
-            .map(|(_, s)| s)
+        counted.filter(|(n, _)| *n > 0).rev().max_by_key(|(n, _)| *n).map(|(_, scope)| scope)
+    }
+}
+
+/// A variable that has bits of a net.
+struct Piece {
+    var: usize,
+    /// The first and the last index of its bits; none if the file does not say.
+    index: Option<(i64, i64)>,
+    width: u32,
+    /// Whether it was put together from bits that stand one by one.
+    joined: bool,
+}
+
+impl Piece {
+    /// Whether it has all bits that another has.
+    fn covers(&self, other: &Piece) -> bool {
+        match (self.index, other.index) {
+            (None, _) => true,
+            (Some(_), None) => false,
+            (Some((a, b)), Some((c, d))) => a.min(b) <= c.min(d) && a.max(b) >= c.max(d),
+        }
+    }
+}
+
+/// A net of which no variable has all bits. Which way indices run is told by parts of several bits, or else by how the
+/// circuit declares the net.
+fn assembled(pieces: &[Piece], upto: bool) -> Result<Found, Mismatch> {
+    let ranges = || pieces.iter().filter_map(|piece| piece.index);
+    let mut told = pieces.iter().filter(|piece| !piece.joined).filter_map(|piece| piece.index);
+    let upto = match told.find(|(msb, lsb)| msb != lsb) {
+        Some((msb, lsb)) => msb < lsb,
+        None => upto,
+    };
+    let lowest = ranges().map(|(msb, lsb)| msb.min(lsb)).min().unwrap_or(0);
+    let highest = ranges().map(|(msb, lsb)| msb.max(lsb)).max().unwrap_or(0);
+    let mut parts: Vec<Part> = Vec::new();
+    for piece in pieces {
+        let Some((msb, lsb)) = piece.index else { continue };
+        let at = if upto { highest.abs_diff(msb.max(lsb)) } else { lowest.abs_diff(msb.min(lsb)) };
+        let at = u32::try_from(at).unwrap_or(u32::MAX);
+        parts.push(Part { var: piece.var, at, width: piece.width, reversed: piece.joined && upto });
+    }
+    parts.sort_by_key(|part| (part.at, part.width, part.var));
+    parts.dedup_by_key(|part| (part.at, part.width));
+    let mut width = 0;
+    for part in &parts {
+        if part.at != width {
+            return Err(Mismatch::Bits(parts.iter().fold(0, |sum, p| sum.saturating_add(p.width))));
+        }
+        width += part.width;
+    }
+    Ok(Found { parts, width, lsb: Some(if upto { highest } else { lowest }) })
+}
+
+impl Found {
+    /// What is wrong if the circuit's net has another width.
+    pub fn mismatch(&self) -> Mismatch {
+        if self.parts.len() == 1 { Mismatch::Width(self.width) } else { Mismatch::Bits(self.width) }
+    }
+
+    /// Whether what stands in the waveform can be the circuit's net after synthesis, or before it, cut its highest bits
+    /// off: it has to begin at the same bit.
+    pub fn begins_as(&self, signal: &Signal) -> bool {
+        match self.lsb {
+            _ if self.width > signal.width => true,
+            None => true,
+            // what is cut counts from 0 down again, whatever its indices were
+            Some(lsb) => lsb == signal.lsb() || lsb == 0 && self.width > 1,
+        }
     }
 }
 

@@ -94,7 +94,7 @@ impl Resolver<'_> {
             let found = match scenario.clocks.first() {
                 Some(c) => Some(last_of(count, c.clock)).filter(|&t| t <= end).ok_or((c.name.as_str(), None)),
                 None => match replay.clock() {
-                    Some((name, clock)) => replay.last_of(clock, count).map_err(|had| (name, Some(had))),
+                    Some(clock) => replay.last_of(clock, count).map_err(|had| (clock.name.as_str(), Some(had))),
                     None => {
                         self.diagnostics.push(
                             Diagnostic::new(Code::BadScenario, "there is no clock whose cycles could be counted")
