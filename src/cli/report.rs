@@ -146,7 +146,13 @@ impl Report<'_> {
     pub fn warnings(&self, verbose: bool) {
         use std::io::Write;
         let mut told = Diagnostics::new();
-        told.extend(self.loader.diagnostics.iter().filter(|d| verbose || d.code == Code::NoMatch).cloned());
+        told.extend(
+            self.loader
+                .diagnostics
+                .iter()
+                .filter(|d| verbose || matches!(d.code, Code::NoMatch | Code::AmbiguousOrder))
+                .cloned(),
+        );
         told.sort();
         let _ = write!(anstream::stderr().lock(), "{}", rendered(&told, self.loader));
     }

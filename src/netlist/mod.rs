@@ -36,6 +36,9 @@ pub use stats::Stats;
 pub use turn::{Bit, Turn};
 pub use value_names::ValueNames;
 
+/// The name of the constants that stand for what nothing drives.
+const UNDRIVEN: &str = "undriven";
+
 /// `width` bits of a net from bit `lo` up.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Slice {
@@ -328,6 +331,13 @@ impl Netlist {
     /// Whether a constant drives a net.
     fn is_tied(&self, net: NetId) -> bool {
         matches!(self.net(net).driver, Driver::Cell(cell, _) if matches!(self.cell(cell).kind, CellKind::Constant(_)))
+    }
+
+    /// Whether nothing drives a net of another tool's netlist: it is z.
+    #[must_use]
+    pub fn is_undriven(&self, net: NetId) -> bool {
+        matches!(self.net(net).driver, Driver::Cell(cell, _)
+            if self.cell(cell).name == UNDRIVEN && matches!(self.cell(cell).kind, CellKind::Constant(_)))
     }
 
     /// The path of a signal below the top module: `f`, `adder.fa[3].s`.

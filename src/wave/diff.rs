@@ -195,21 +195,11 @@ pub struct Same {
 ///
 /// # Panics
 /// If there is no such variable.
-pub fn diff_pairs(
-    a: &mut Waves,
-    b: &mut Waves,
-    pairs: &[Same],
-    options: &Options,
-) -> Result<Difference, ReadError> {
+pub fn diff_pairs(a: &mut Waves, b: &mut Waves, pairs: &[Same], options: &Options) -> Result<Difference, ReadError> {
     diff_of(a, b, Some(pairs), options)
 }
 
-fn diff_of(
-    a: &mut Waves,
-    b: &mut Waves,
-    given: Option<&[Same]>,
-    options: &Options,
-) -> Result<Difference, ReadError> {
+fn diff_of(a: &mut Waves, b: &mut Waves, given: Option<&[Same]>, options: &Options) -> Result<Difference, ReadError> {
     let common = match (a.exponent(), b.exponent()) {
         (Some(x), Some(y)) => Some(x.min(y)),
         (x, y) => x.or(y),
@@ -437,12 +427,7 @@ impl Compare {
         Ok((found, clock.map(|(_, clock)| clock)))
     }
 
-    fn first_difference<'a>(
-        &self,
-        mut walk: Walk<'a, impl Point<'a>>,
-        pair: Pair,
-        values: &mut u64,
-    ) -> Option<u64> {
+    fn first_difference<'a>(&self, mut walk: Walk<'a, impl Point<'a>>, pair: Pair, values: &mut u64) -> Option<u64> {
         while let Some(time) = walk.next() {
             if time > self.until {
                 return None;

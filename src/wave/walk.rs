@@ -70,13 +70,16 @@ pub(super) fn same(a: Sample<'_>, b: Sample<'_>, dont_care: Option<Side>) -> boo
         (Sample::Value(SignalValueRef::Real(a)), Sample::Value(SignalValueRef::Real(b))) => {
             a == b || a.is_nan() && b.is_nan()
         }
+        (Sample::Value(SignalValueRef::BitVec(a)), Sample::Value(SignalValueRef::BitVec(b)))
+            if a.width() != b.width() =>
+        {
+            // only the lower bits are common to both
+            let any = |bit: char, side| dont_care == Some(side) && bit == 'x';
+            let mut bits = a.iter_lsb_to_msb().zip(b.iter_lsb_to_msb()).map(|(a, b)| (a.as_ascii(), b.as_ascii()));
+            bits.all(|(a, b)| any(a, Side::A) || any(b, Side::B) || a == b)
+        }
         (Sample::Value(a), Sample::Value(b)) if a == b => true,
         (Sample::Value(SignalValueRef::BitVec(a)), Sample::Value(SignalValueRef::BitVec(b))) => match dont_care {
-            // of bits that a synthesis cut off only the others are looked at
-            None if a.width() != b.width() => {
-                let mut bits = a.iter_lsb_to_msb().zip(b.iter_lsb_to_msb());
-                bits.all(|(a, b)| a.as_ascii() == b.as_ascii())
-            }
             None => false,
             Some(Side::A) => agrees(a, b),
             Some(Side::B) => agrees(b, a),

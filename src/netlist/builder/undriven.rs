@@ -5,6 +5,7 @@ use super::super::join::Join;
 use super::super::{CellId, Direction, Driver, Fault, NetId, ScopeId, SignalId};
 use super::{Builder, Draft};
 use crate::cell::CellKind;
+use crate::netlist::UNDRIVEN;
 use crate::{Logic, Value};
 
 impl Builder {
@@ -74,6 +75,6 @@ impl Builder {
         join.first_outputs.push(NetId::new(join.nets.len()));
         join.drive(&bus, bus.width(), Driver::Cell(CellId::new(self.cells.len()), 0), false);
         let element = kind.element();
-        self.cells.push(Draft { kind, element, name: "undriven".into(), scope, inputs: vec![], outputs: vec![bus] });
+        self.cells.push(Draft { kind, element, name: UNDRIVEN.into(), scope, inputs: vec![], outputs: vec![bus] });
     }
 }

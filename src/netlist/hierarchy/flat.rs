@@ -394,7 +394,7 @@ fn is_literal(netlist: &Netlist, net: NetId) -> bool {
     let Driver::Cell(cell, _) = netlist.net(net).driver else { return false };
     let cell = netlist.cell(cell);
     match &cell.kind {
-        CellKind::Constant(value) => cell.name == "undriven" || cell.name == value.to_string(),
+        CellKind::Constant(value) => cell.name == crate::netlist::UNDRIVEN || cell.name == value.to_string(),
         _ => false,
     }
 }

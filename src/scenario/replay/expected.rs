@@ -64,7 +64,8 @@ impl Expected {
             }
         }
         let loose = wave.ignore_x.as_ref().map(|side| side.value);
-        let mut expected = Expected { signals: Vec::new(), parts: Vec::new(), cut: Vec::new(), unlike: Vec::new(), loose };
+        let mut expected =
+            Expected { signals: Vec::new(), parts: Vec::new(), cut: Vec::new(), unlike: Vec::new(), loose };
         for signal in named(netlist) {
             let s = netlist.signal(signal);
             if s.is_top_port() && s.port == Some(Direction::Input) {
@@ -91,14 +92,21 @@ impl Expected {
                     expected.unlike.push((path, bits(found.width), bits(s.width)));
                 }
                 Ok(found) => {
-                    let parts = found.parts.iter().filter(|part| part.at < s.width);
-                    let compared = |&Part { var, at, width, reversed }: &Part| {
-                        Compared { var, at, width: width.min(s.width - at), reversed }
+                    let left = if s.port.is_some() { s.width } else { left(netlist, signal) };
+                    if left == 0 {
+                        continue;
+                    }
+                    let parts = found.parts.iter().filter(|part| part.at < left);
+                    let compared = |&Part { var, at, width, reversed }: &Part| Compared {
+                        var,
+                        at,
+                        width: width.min(left - at),
+                        reversed,
                     };
                     expected.parts.push(parts.map(compared).collect());
-                    if found.width != s.width {
+                    if found.width != left {
                         let place = expected.signals.len();
-                        expected.cut.push(Cut { name: path, place, wave: found, width: s.width });
+                        expected.cut.push(Cut { name: path, place, wave: found, width: left });
                     }
                     expected.signals.push(signal);
                 }
@@ -204,12 +212,7 @@ impl Replay {
 }
 
 /// Whether all bits of a net from `from` up are constant, or repeat the bit below, as the sign does. What is x may be any.
-fn settled(
-    waves: &mut Waves,
-    parts: &[Part],
-    from: u32,
-    counts: impl Fn(u64) -> bool,
-) -> Result<bool, ReadError> {
+fn settled(waves: &mut Waves, parts: &[Part], from: u32, counts: impl Fn(u64) -> bool) -> Result<bool, ReadError> {
     let width = parts.iter().map(|part| part.at + part.width).max().unwrap_or(0);
     let vars: Vec<usize> = parts.iter().map(|part| part.var).collect();
     let tracks = Tracks::load(waves, &vars)?;
@@ -219,8 +222,8 @@ fn settled(
         (v >> (bit % 64) & 1, u >> (bit % 64) & 1)
     };
     let mut value = vec![Word::x(u64::MAX); words(width)];
-    // of each of those bits the values that it has had, and whether it was ever another than the sign
-    let mut seen = vec![([false; 2], false); (width.saturating_sub(from)) as usize];
+    // of each of those bits which of 0, 1 and z it has been, and whether it was ever another than the sign
+    let mut seen = vec![([false; 3], false); (width.saturating_sub(from)) as usize];
     while player.time().is_some_and(&counts) {
         player.step(&mut |lane, bits| {
             let Part { at, width, reversed, .. } = parts[lane];
@@ -229,16 +232,23 @@ fn settled(
         let sign = bit(&value, from - 1);
         for (i, (levels, unlike)) in (from..width).zip(&mut seen) {
             let (v, u) = bit(&value, i);
-            match (v, u) {
-                (_, 0) => levels[v as usize] = true,
-                // z is neither
-                (1, _) => *levels = [true; 2],
-                _ => {}
-            }
+            let is_x = (v, u) == (0, 1);
+            levels[if u == 0 { v as usize } else { 2 }] |= !is_x;
             *unlike |= u == 0 && sign.1 == 0 && v != sign.0 || v == 1 && u == 1;
         }
     }
-    Ok(seen.iter().all(|(levels, unlike)| *levels != [true; 2] || !unlike))
+    let constant = |levels: &[bool; 3]| levels.iter().filter(|seen| **seen).count() < 2;
+    Ok(seen.iter().all(|(levels, unlike)| constant(levels) || !unlike))
+}
+
+/// How many bits are left of a net whose highest bits nothing drives: synthesis takes away what nobody reads, and may
+/// leave the name as wide as it was.
+fn left(netlist: &Netlist, signal: SignalId) -> u32 {
+    let mut left = netlist.signal(signal).width;
+    for slice in netlist.bits(signal).iter().rev().take_while(|slice| netlist.is_undriven(slice.net)) {
+        left -= slice.width;
+    }
+    left
 }
 
 fn bits(n: u32) -> String {

@@ -17,8 +17,10 @@ use crate::diag::{Code, Diagnostic, Diagnostics, Span};
 use crate::json::Spanned;
 use crate::netlist::{Bit, Direction, NetId, Netlist, Signal, SignalId};
 use crate::timescale::Timescale;
+use crate::value::Word;
+use crate::value::word::words;
 use crate::wave::play::Tracks;
-use crate::wave::read::Waves;
+use crate::wave::read::{ReadError, Waves};
 
 pub use expected::Expected;
 pub use feed::Feed;
@@ -131,8 +133,20 @@ impl Replay {
         let before = diagnostics.errors();
         let netlist = &circuit.netlist;
         let speaks = !circuit.monitors.is_empty();
+        let driven = driven(netlist, simulation);
+        let candidates = match wave.scope {
+            None => candidates(netlist, &mut waves, &driven),
+            Some(_) => Ok(Vec::new()),
+        };
+        let candidates = match candidates {
+            Ok(candidates) => candidates,
+            Err(e) => {
+                diagnostics.push(Diagnostic::new(Code::BadWave, e.to_string()).at(wave.wave.span, ""));
+                return None;
+            }
+        };
         let finder = Finder { netlist, speaks, wave, waves: &waves, names: Names::new(&waves), diagnostics };
-        let (scope, found, expected) = finder.find(simulation)?;
+        let (scope, found, expected) = finder.find(driven, &candidates)?;
         let mut vars = Vec::new();
         let (mut inputs, mut lanes) = (Vec::new(), Vec::new());
         for (signal, parts) in found {
@@ -281,12 +295,7 @@ impl Replay {
 }
 
 /// The bits of an input that are to come first, `a`, `a[3]`, or `a[7:4]`; none if there are no such.
-fn first(
-    netlist: &Netlist,
-    name: &crate::circuit::Name,
-    inputs: &[Driven],
-    diagnostics: &mut Diagnostics,
-) -> Vec<Bit> {
+fn first(netlist: &Netlist, name: &crate::circuit::Name, inputs: &[Driven], diagnostics: &mut Diagnostics) -> Vec<Bit> {
     let find = |name: &str| inputs.iter().find(|driven| netlist.signal(driven.signal).name == name);
     if let Some(driven) = find(&name.value) {
         return (0..driven.width).map(|bit| (driven.net, bit)).collect();
@@ -349,6 +358,54 @@ fn scale(waves: &Waves, timescale: Timescale) -> Result<Scale, String> {
     })
 }
 
+/// The inputs that a waveform drives: all that nothing else does.
+fn driven(netlist: &Netlist, simulation: &Simulation) -> Vec<SignalId> {
+    let given = |name: &str| simulation.inputs.contains_key(name) || simulation.clocks.contains_key(name);
+    let input = |&s: &SignalId| netlist.signal(s).drive.is_some() && !given(&netlist.signal(s).name);
+    netlist.signal_ids().filter(input).collect()
+}
+
+/// Where a circuit may stand: the scopes that have what is wanted, or without that all outputs; one alone if the others
+/// have fewer nets of it, or the same with the same values.
+fn candidates(netlist: &Netlist, waves: &mut Waves, wanted: &[SignalId]) -> Result<Vec<String>, ReadError> {
+    let output = |&s: &SignalId| netlist.signal(s).port != Some(Direction::Input);
+    let outputs: Vec<SignalId> = netlist.ports().filter(output).collect();
+    let wanted = if wanted.is_empty() { &outputs[..] } else { wanted };
+    let names = Names::new(waves);
+    let (scopes, pairs) = names.scopes_with(wanted, netlist);
+    let mut scopes: Vec<String> = scopes.into_iter().map(str::to_owned).collect();
+    if let Some(pairs) = pairs {
+        let mut alike = true;
+        for (a, b) in pairs {
+            alike = alike && same_values(waves, &a, &b)?;
+        }
+        if alike {
+            scopes.truncate(1);
+        }
+    }
+    Ok(scopes)
+}
+
+/// Whether the parts of two nets have the same values at every time.
+fn same_values(waves: &mut Waves, a: &[Part], b: &[Part]) -> Result<bool, ReadError> {
+    let parts: Vec<Part> = a.iter().chain(b).copied().collect();
+    let vars: Vec<usize> = parts.iter().map(|part| part.var).collect();
+    let tracks = Tracks::load(waves, &vars)?;
+    let width = parts.iter().map(|part| part.at + part.width).max().unwrap_or(0);
+    let mut values = [(); 2].map(|()| vec![Word::x(u64::MAX); words(width)]);
+    let mut player = tracks.play(waves);
+    while player.time().is_some() {
+        player.step(&mut |lane, bits| {
+            let Part { at, width, reversed, .. } = parts[lane];
+            bits.write(&mut values[usize::from(lane >= a.len())], at, width, reversed);
+        });
+        if values[0] != values[1] {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
 /// Looks a circuit up in a waveform.
 struct Finder<'a> {
     netlist: &'a Netlist,
@@ -368,16 +425,11 @@ impl Finder<'_> {
         None
     }
 
-    fn find(mut self, simulation: &Simulation) -> Option<Found> {
+    fn find(mut self, inputs: Vec<SignalId>, candidates: &[String]) -> Option<Found> {
         let netlist = self.netlist;
-        let given = |name: &str| simulation.inputs.contains_key(name) || simulation.clocks.contains_key(name);
-        let inputs: Vec<SignalId> = netlist
-            .signal_ids()
-            .filter(|&s| netlist.signal(s).drive.is_some() && !given(&netlist.signal(s).name))
-            .collect();
         let scope = match &self.wave.scope {
             Some(scope) => self.given(scope)?,
-            None => self.search(&inputs)?,
+            None => self.only(candidates, &inputs)?,
         };
         let mut found = Vec::new();
         let mut missing = Vec::new();
@@ -423,21 +475,11 @@ impl Finder<'_> {
     }
 
     /// The only scope that has what is wanted.
-    fn search(&mut self, wanted: &[SignalId]) -> Option<String> {
+    fn only(&mut self, scopes: &[String], wanted: &[SignalId]) -> Option<String> {
         let span = self.wave.wave.span;
         let file = self.waves.path().display();
-        let outputs = || {
-            let ports = self.netlist.ports();
-            ports.filter(|&s| self.netlist.signal(s).port != Some(Direction::Input)).collect::<Vec<_>>()
-        };
-        let nets = self.names.nets_of_scopes(self.netlist);
-        // without inputs it is known by its outputs
-        let scopes = match wanted {
-            [] => self.names.scopes_with(&nets, &outputs(), self.netlist),
-            _ => self.names.scopes_with(&nets, wanted, self.netlist),
-        };
-        match scopes[..] {
-            [one] => Some(one.to_owned()),
+        match scopes {
+            [one] => Some(one.clone()),
             [] => {
                 let name = |s: &SignalId| self.netlist.signal(*s).name.as_str();
                 let list: Vec<String> = wanted.iter().map(|s| format!("`{}`", name(s))).collect();
@@ -446,7 +488,7 @@ impl Finder<'_> {
                     _ => format!("no scope of `{file}` has the input{} {}", plural(&list), list.join(", ")),
                 };
                 let fault = Diagnostic::new(Code::BadWave, text).at(span, "");
-                let fault = match nets.nearest(wanted) {
+                let fault = match self.names.nets_of_scopes(self.netlist).nearest(wanted) {
                     Some(scope) => {
                         let lacks = wanted.iter().map(name).filter(|name| !self.names.has(scope, name));
                         let lacks: Vec<String> = lacks.map(|name| format!("`{name}`")).collect();
@@ -459,7 +501,7 @@ impl Finder<'_> {
             _ => {
                 let text = format!("several scopes of `{file}` have all inputs of the circuit");
                 let fault = Diagnostic::new(Code::BadWave, text).at(span, "");
-                let fault = fault.note(some(scopes.iter().copied()));
+                let fault = fault.note(some(scopes.iter().map(String::as_str)));
                 self.fault(fault.help(format!("name one, as in `--scope {}`", scopes[scopes.len() - 1])))
             }
         }

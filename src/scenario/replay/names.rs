@@ -104,21 +104,25 @@ impl<'w> Names<'w> {
         assembled(&pieces, signal.upto)
     }
 
-    /// Whether two scopes show the same of nets that are in both.
-    fn same(&self, a: &str, b: &str, nets: &[SignalId], netlist: &Netlist) -> bool {
-        nets.iter().all(|&signal| {
+    /// The parts of nets that have to have the same values if two scopes show the same; none if they cannot.
+    fn alike(&self, a: &str, b: &str, nets: &[SignalId], netlist: &Netlist) -> Option<Pairs> {
+        let mut pairs = Vec::new();
+        for &signal in nets {
             let (path, signal) = (netlist.signal_path(signal), netlist.signal(signal));
             match (self.parts(a, &path, signal), self.parts(b, &path, signal)) {
                 (Ok(a), Ok(b)) => {
-                    a.len() == b.len()
-                        && a.iter().zip(&b).all(|(a, b)| {
-                            (a.at, a.reversed) == (b.at, b.reversed) && self.waves.are_one(a.var, b.var)
-                        })
+                    let one = |(a, b): (&Part, &Part)| {
+                        (a.at, a.reversed) == (b.at, b.reversed) && self.waves.are_one(a.var, b.var)
+                    };
+                    if a.len() != b.len() || !a.iter().zip(&b).all(one) {
+                        pairs.push((a, b));
+                    }
                 }
-                (Err(_), Err(_)) => true,
-                _ => false,
+                (Err(_), Err(_)) => {}
+                _ => return None,
             }
-        })
+        }
+        Some(pairs)
     }
 
     /// For each scope that has any the nets of the circuit that it has. Takes time in proportion to the names of the
@@ -152,23 +156,31 @@ impl<'w> Names<'w> {
         self.waves.scopes().iter().map(String::as_str)
     }
 
-    /// The scopes that have all `wanted` nets, that or those first in which most nets of the circuit are. One alone if
-    /// the others have fewer or show the same.
-    pub fn scopes_with(&self, nets: &NetsOfScopes<'w>, wanted: &[SignalId], netlist: &Netlist) -> Vec<&'w str> {
+    /// The scopes that have all `wanted` nets, that or those first in which most nets of the circuit are; and, if these
+    /// have the same nets, what must have the same values if they show the same.
+    pub fn scopes_with(&self, wanted: &[SignalId], netlist: &Netlist) -> (Vec<&'w str>, Option<Pairs>) {
+        let nets = self.nets_of_scopes(netlist);
         let all = wanted.iter().copied().collect::<HashSet<_>>();
         let having = || nets.0.iter().filter(|(_, nets)| count(nets, &all) == all.len());
         let most = having().map(|(_, nets)| nets.len()).max().unwrap_or(0);
         let having: Vec<&(&str, Vec<SignalId>)> = having().filter(|(_, nets)| nets.len() == most).collect();
-        if let [(first, nets), others @ ..] = &having[..] {
+        let mut pairs = None;
+        if let [(first, nets), others @ ..] = &having[..]
+            && !others.is_empty()
+        {
             let nets_of_first: HashSet<_> = nets.iter().copied().collect();
-            let alike = |other: &Vec<SignalId>| count(other, &nets_of_first) == nets.len();
-            if others.iter().all(|(scope, other)| alike(other) && self.same(first, scope, nets, netlist)) {
-                return vec![first];
-            }
+            let alike = |(scope, other): &&(&str, Vec<SignalId>)| {
+                let same_nets = count(other, &nets_of_first) == nets.len();
+                same_nets.then(|| self.alike(first, scope, nets, netlist))?
+            };
+            pairs = others.iter().map(alike).collect::<Option<Vec<_>>>().map(|lists| lists.concat());
         }
-        having.into_iter().map(|(scope, _)| *scope).collect()
+        (having.into_iter().map(|(scope, _)| *scope).collect(), pairs)
     }
 }
+
+/// Parts of nets, of two scopes each.
+pub(super) type Pairs = Vec<(Vec<Part>, Vec<Part>)>;
 
 /// How many of some nets are among others; each is there once.
 fn count(nets: &[SignalId], among: &HashSet<SignalId>) -> usize {

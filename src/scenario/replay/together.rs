@@ -53,20 +53,31 @@ pub(super) fn together(
     };
     // a gate that is what a clock is, or its inverse, is the clock
     let mut ambiguous = Vec::new();
-    let gates: Vec<Bit> = netlist.latch_gates().difference(&clocks).copied().collect();
-    let gates: Vec<(Bit, Shape)> = gates.into_iter().filter_map(|bit| Some((bit, shape(bit)?))).collect();
-    if !gates.is_empty() {
+    let gates = netlist.latch_gates();
+    if gates.iter().flatten().any(|bit| !clocks.contains(bit)) {
         let shapes: Vec<(Bit, Shape)> = clocks.iter().filter_map(|&bit| Some((bit, shape(bit)?))).collect();
         let by_shape: HashMap<&Shape, Bit> = shapes.iter().map(|(bit, shape)| (shape, *bit)).collect();
         let times: BTreeSet<u64> = shapes.iter().flat_map(|(_, shape)| shape.iter().skip(1).map(|c| c.0)).collect();
-        for (gate, shape) in &gates {
-            if let Some(clock) = by_shape.get(shape).or_else(|| by_shape.get(&inverse(shape))) {
-                sets.join(input_of[&gate.0], input_of[&clock.0]);
-                clocks.insert(*gate);
-            } else if shape.iter().skip(1).any(|(time, _)| times.contains(time)) {
-                ambiguous.push(*gate);
+        for group in &gates {
+            let mut tied = !group.is_disjoint(&clocks);
+            let mut open = Vec::new();
+            for &gate in group.iter().filter(|gate| !clocks.contains(gate)).collect::<Vec<_>>() {
+                let Some(shape) = shape(gate) else { continue };
+                if let Some(clock) = by_shape.get(&shape).or_else(|| by_shape.get(&inverse(&shape))) {
+                    sets.join(input_of[&gate.0], input_of[&clock.0]);
+                    clocks.insert(gate);
+                    tied = true;
+                } else if shape.iter().skip(1).any(|(time, _)| times.contains(time)) {
+                    open.push(gate);
+                }
+            }
+            // beside a clock what leads to a gate is an enable
+            if !tied {
+                ambiguous.extend(open);
             }
         }
+        ambiguous.sort_unstable();
+        ambiguous.dedup();
     }
     let with_clock: BTreeSet<usize> =
         clocks.iter().filter_map(|clock| input_of.get(&clock.0)).map(|&input| sets.root(input)).collect();
