@@ -146,7 +146,7 @@ impl Case {
     fn write(&self, folder: &Path) -> std::io::Result<String> {
         std::fs::create_dir_all(folder)?;
         let at = |end: &str| folder.join(format!("{}.{end}", self.seed));
-        std::fs::write(at("json"), discreta::exchange::yosys::write(&self.netlist(), &Default::default()))?;
+        std::fs::write(at("json"), discreta::export::yosys::write(&self.netlist(), &Default::default()))?;
         let changes = self.stimulus.iter().flat_map(|(tick, values)| {
             values.iter().map(move |(name, value)| {
                 json!({ "at": tick, "set": { (name): format!("{}'b{}", value.width(), value.bit_string()) } })

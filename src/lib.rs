@@ -25,29 +25,26 @@
 //! Or build a netlist with [`netlist::Builder`], run a [`scenario`] into a [`wave`], drive an [`engine`] yourself.
 //! `docs/architecture.md` tells which room is for what, `docs/meaning.md` what a circuit means.
 
-pub mod cell;
 pub mod circuit;
 pub mod cli;
 pub mod compare;
 pub mod diag;
 pub mod draw;
-pub mod engine;
-pub mod exchange;
-mod guard;
-pub mod interpolate;
+pub mod elaborate;
+pub mod export;
+pub mod import;
 pub mod json;
-pub mod netlist;
 pub mod plot;
-mod random;
 pub mod scenario;
 mod simulator;
 mod svg;
 pub mod sweep;
-mod timescale;
-pub mod value;
+pub mod syntax;
 pub mod view;
-pub mod wave;
 
+pub use discreta_core::{Logic, Timescale, Unit, Value, cell, netlist, value};
+pub(crate) use discreta_core::{guard, random};
+pub use discreta_engine as engine;
+pub use discreta_interpolate as interpolate;
+pub use discreta_wave as wave;
 pub use simulator::{Input, Probe, Simulator, SimulatorError};
-pub use timescale::{Timescale, Unit};
-pub use value::{Logic, Value};

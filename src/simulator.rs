@@ -7,7 +7,7 @@ use std::fmt;
 use crate::Value;
 use crate::cell::Clock;
 use crate::engine::{Engine, EventEngine, Unsettled};
-use crate::netlist::{Driver, NetId, Netlist, Slice};
+use crate::netlist::{NetId, Netlist, Slice};
 use crate::value::Word;
 use crate::value::word::{copy, extract, mask, words};
 
@@ -240,7 +240,7 @@ impl<'n, E: Engine> Simulator<'n, E> {
     }
 
     fn error(&self, e: &Unsettled) -> SimulatorError {
-        SimulatorError::Unsettled { time: e.time, nets: loop_names(self.netlist, e) }
+        SimulatorError::Unsettled { time: e.time, nets: e.names(self.netlist) }
     }
 }
 
@@ -261,27 +261,4 @@ pub(crate) fn read_bits(engine: &dyn Engine, bits: &[Slice], to: &mut [Word]) {
         copy(to, at, from, s.lo, s.width);
         at += s.width;
     }
-}
-
-/// The names of the nets of a loop, going round it where it is one of gates.
-pub(crate) fn loop_names(netlist: &Netlist, unsettled: &Unsettled) -> Vec<String> {
-    loop_nets(netlist, unsettled).into_iter().map(|net| netlist.net_name(net)).collect()
-}
-
-/// The nets of a loop, going round it where it is one of gates.
-pub(crate) fn loop_nets(netlist: &Netlist, unsettled: &Unsettled) -> Vec<NetId> {
-    let cells: Vec<_> = unsettled
-        .nets
-        .iter()
-        .filter_map(|&net| match netlist.net(net).driver {
-            Driver::Cell(cell, _) => Some(cell),
-            Driver::Input(_) => None,
-        })
-        .collect();
-    if let Some(circle) = netlist.circle(&cells).filter(|_| !unsettled.clocked) {
-        return circle.cells.into_iter().map(|cell| netlist.output(cell, 0)).collect();
-    }
-    let mut nets = unsettled.nets.clone();
-    nets.sort_by_cached_key(|&net| netlist.net_name(net));
-    nets
 }

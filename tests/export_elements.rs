@@ -13,7 +13,7 @@ use discreta::cell::{
     Accumulator, AddOp, Alu, CellKind, Clock, CompareOp, Counter, DivideOp, Edge, Flop, GateOp, Memory, Rc, Role,
     ShiftOp,
 };
-use discreta::exchange::verilog;
+use discreta::export::verilog;
 use discreta::netlist::{Builder, Bus, Netlist};
 use discreta::{Logic, Value};
 use needs::needs;

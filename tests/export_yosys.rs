@@ -21,7 +21,7 @@ use std::process::Command;
 use discreta::cell::{
     Accumulator, AddOp, Alu, CellKind, Clock, CompareOp, Counter, DivideOp, Edge, Flop, GateOp, Rc, Role, ShiftOp,
 };
-use discreta::exchange::yosys::{Extra, write};
+use discreta::export::yosys::{Extra, write};
 use discreta::netlist::{Builder, Bus, Direction, Netlist, ScopeId};
 use discreta::{Logic, Probe, Value, circuit};
 use harness::Level;

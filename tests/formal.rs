@@ -12,8 +12,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use discreta::circuit::Circuit;
-use discreta::exchange::verilog;
-use discreta::exchange::yosys::{Extra, write};
+use discreta::export::verilog;
+use discreta::export::yosys::{Extra, write};
 use needs::needs;
 use serde_json::{Value as Json, json};
 use support::pairs::*;

@@ -9,8 +9,8 @@ use super::args::{ExportArgs, ExportFormat, ScenarioArgs};
 use super::prepare::{Changes, Prepared, circuit_of, prepare};
 use super::run::{faults, loader};
 use super::{CliError, Out, Status};
-use crate::exchange::dot;
-use crate::exchange::verilog::{self, Bench};
+use crate::export::dot;
+use crate::export::verilog::{self, Bench};
 use crate::wave::output::{Destination, Output};
 
 /// Runs the command.

@@ -3,8 +3,8 @@
 use std::io::Write;
 
 use super::report::time;
-use crate::exchange::yosys::Monitor;
-use crate::exchange::yosys::monitor::Flavor;
+use crate::import::yosys::Monitor;
+use crate::import::yosys::monitor::Flavor;
 use crate::netlist::Netlist;
 
 /// Most failed assertions that are told one by one.

@@ -8,12 +8,13 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 
 use super::args::{Assignment, ClockOption, Condition, DontCare, ElaborationArgs, ScenarioArgs, WaveArgs};
-use crate::circuit::{Circuit, Expr, Loader, Name, ParameterValue, normal, size};
 use crate::diag::{Code, Diagnostic, Severity, Span};
-use crate::exchange::yosys::is_yosys;
+use crate::elaborate::{Circuit, Loader, normal, size};
+use crate::import::yosys::is_yosys;
 use crate::json::{Recover, Spanned};
 use crate::scenario::{Clock, Limit, Loose, Scenario, ScenarioFile, Simulation, Stimuli, TimeText, Until, ValueText};
 use crate::scenario::{Replay, WaveStimulus, replay};
+use crate::syntax::{Expr, Name, ParameterValue};
 
 /// What the options of a command change of a scenario.
 #[derive(Debug, Clone, Default)]

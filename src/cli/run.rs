@@ -16,7 +16,6 @@ use crate::engine::{AutoEngine, CompiledEngine};
 use crate::engine::{Engine, EventEngine, Unsettled};
 use crate::netlist::{Driver, Netlist};
 use crate::scenario::{Control, Outcome, Replay, RunError, Scenario};
-use crate::simulator::loop_nets;
 use crate::wave::Sink;
 use crate::wave::diff::Difference;
 use crate::wave::select::Tee;
@@ -186,7 +185,7 @@ fn unsettled(prepared: &Prepared, u: &Unsettled) -> Diagnostic {
     const SHOWN: usize = 16;
     const PLACES: usize = 4;
     let netlist = &prepared.circuit.netlist;
-    let nets = loop_nets(netlist, u);
+    let nets = u.loop_nets(netlist);
     let mut names: Vec<String> = nets.iter().take(SHOWN).map(|&n| netlist.net_name(n)).collect();
     if nets.len() > SHOWN {
         names.push(format!("({} more)", nets.len() - SHOWN));

@@ -8,11 +8,11 @@ use super::args::WaveTextArgs;
 use super::prepare::circuit_of;
 use super::run::{faults, rendered_from as rendered};
 use super::{CliError, Out, Status};
+use crate::Timescale;
 use crate::circuit::{Circuit, Limits, Loader};
 use crate::diag::{Diagnostics, Sources, Span};
 use crate::netlist::Signal;
 use crate::scenario::{TimeText, glob_set};
-use crate::timescale::Timescale;
 use crate::wave::read::{ValueKind, Waves};
 use crate::wave::text::{Axis, Legible, Picture, Radix, Style, Trace, margin};
 

@@ -25,6 +25,10 @@ impl Clock {
     /// and z, `A` for all three; `-` for none.
     ///
     /// ```
+    /// # mod discreta {
+    /// #     pub use discreta_core::*;
+    /// #     pub use discreta_interpolate as interpolate;
+    /// # }
     /// use discreta::interpolate::Clock;
     /// let letter = |step| Clock { step, ..Clock::default() }.letter();
     /// assert_eq!([[1, 0, 0], [0, -1, 0], [-1, 1, 0], [0, 0, 0]].map(letter), ['X', 'Y', 'D', '-']);

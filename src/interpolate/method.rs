@@ -5,12 +5,15 @@ use std::{error, fmt, str::FromStr};
 /// A method of interpolation, by the name it has on the command line.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::Method;
 /// assert_eq!("ef-line".parse(), Ok(Method::EfLine));
 /// assert_eq!(Method::EfLine.to_string(), "ef-line");
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
-#[non_exhaustive]
 pub enum Method {
     /// `ef-line`: a line by evaluation function (documents B and C).
     EfLine,

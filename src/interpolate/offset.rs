@@ -157,7 +157,7 @@ fn length([x, y]: [f64; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::interpolate::{EfCircle, Method, Quadrants, Request};
+    use crate::{EfCircle, Method, Quadrants, Request};
 
     fn offset(radius: u32, side: Side) -> Offset {
         Offset { radius, side }

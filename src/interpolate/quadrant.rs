@@ -259,6 +259,10 @@ type Core = Mirrored<Box<dyn Interpolator>>;
 /// coordinate, which falls there, is as great as the end point's, which may lie a little outside the circle.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{ArcPath, EfCircle, Quadrants};
 /// // from (3, 4) over the y axis to (-4, 3)
 /// let path = ArcPath { center: [0, 0], from: [3, 4], to: [-4, 3], full: true, clockwise: false, f0: 0, bits: 8 };

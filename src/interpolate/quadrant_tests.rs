@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::*;
-use crate::interpolate::{EfCircle, EfLine, Ideal, LineInput, Method, Request, Shape};
+use crate::{EfCircle, EfLine, Ideal, LineInput, Method, Request, Shape};
 
 fn path(from: [i64; 2], to: [i64; 2], clockwise: bool) -> ArcPath {
     ArcPath { center: [0, 0], from, to, full: true, clockwise, f0: 0, bits: 8 }

@@ -197,7 +197,7 @@ fn octant(from: [i64; 3], to: [i64; 3], bits: u32) -> Result<([bool; 3], [i64; 3
 }
 
 /// A line of the first quadrant.
-pub(crate) fn line(method: Method, input: LineInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
+pub fn line(method: Method, input: LineInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     match method {
         Method::EfLine => evaluation::line::build(input, options),
         Method::DdaLine => dda::line::build(input, options),
@@ -207,11 +207,7 @@ pub(crate) fn line(method: Method, input: LineInput, options: &Options) -> Resul
 }
 
 /// A line of the first octant of space.
-pub(crate) fn line_3d(
-    method: Method,
-    input: Line3dInput,
-    options: &Options,
-) -> Result<Box<dyn Interpolator>, InputError> {
+pub fn line_3d(method: Method, input: Line3dInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     match method {
         Method::EfLine3d => evaluation::line_3d::build(input, options),
         Method::DdaLine3d => dda::line_3d::build(input, options),
@@ -220,7 +216,7 @@ pub(crate) fn line_3d(
 }
 
 /// An arc of the first quadrant around the origin.
-pub(crate) fn arc(method: Method, input: ArcInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
+pub fn arc(method: Method, input: ArcInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     match method {
         Method::EfCircle | Method::Grossman => evaluation::circle::build(input, options),
         Method::Karibsky => evaluation::karibsky::build(input, options),

@@ -7,16 +7,17 @@ mod expect;
 use std::collections::HashSet;
 
 use super::check::TimingCheck;
-use super::file::{Clock, Edge, Simulation, Stimulus, ValueText};
 use super::glob::{DOT, glob_path, glob_set};
 use super::replay::Replay;
-use super::stimulus::Stimuli;
 use crate::Value;
-use crate::circuit::{Circuit, Expr, Name};
 use crate::diag::{Code, Diagnostic, Diagnostics, Span};
-use crate::exchange::yosys::Monitor;
+use crate::elaborate::Circuit;
+use crate::import::yosys::Monitor;
 use crate::json::{Recover, Spanned};
 use crate::netlist::{CellId, Driver, NetId, Netlist, SignalId};
+use crate::syntax::scenario::{Clock, Edge, Simulation, Stimulus, ValueText};
+use crate::syntax::stimulus::Stimuli;
+use crate::syntax::{Expr, Name};
 
 /// Cycles that a run takes at most if nothing is said.
 pub const DEFAULT_CYCLES: u64 = 1_000_000;

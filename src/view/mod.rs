@@ -10,7 +10,7 @@ pub mod route;
 
 use serde::Serialize;
 
-use crate::timescale::Timescale;
+use crate::Timescale;
 use pack::Signals;
 use route::Route;
 

@@ -3,9 +3,9 @@ use std::io::Write;
 use proptest::prelude::*;
 
 use super::*;
-use crate::wave::output::{Destination, Output};
-use crate::wave::samples::{layout, record, runs};
-use crate::wave::vcd::VcdWriter;
+use crate::output::{Destination, Output};
+use crate::samples::{layout, record, runs};
+use crate::vcd::VcdWriter;
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]

@@ -3,8 +3,7 @@
 use std::io;
 use std::sync::Arc;
 
-use crate::value::Word;
-use crate::value::changes::{Change, Written};
+use crate::value::changes::Written;
 
 /// Some bits of a field that are some bits of a word of a variable.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -64,19 +63,4 @@ pub trait Batches {
     /// # Errors
     /// What the destination says; [`InvalidInput`](io::ErrorKind::InvalidInput) if time goes back.
     fn batch(&mut self, batch: Batch) -> io::Result<Vec<u64>>;
-}
-
-impl Change {
-    /// Puts what changes of a part into the word that it is part of.
-    #[inline(always)]
-    pub(crate) fn put(self, word: &mut Word, from: u8, to: u8, mask: u64) {
-        match self {
-            Change::Toggle => word.v ^= 1 << to,
-            Change::Set(new) => {
-                let keep = !(mask << to);
-                word.v = word.v & keep | (new.v >> from & mask) << to;
-                word.u = word.u & keep | (new.u >> from & mask) << to;
-            }
-        }
-    }
 }

@@ -137,7 +137,7 @@ impl<D> Drop for Behind<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wave::output::Output;
+    use crate::output::Output;
 
     #[test]
     fn all_arrives_in_order_also_after_going_back() {

@@ -11,7 +11,7 @@ use wellen::{Signal, SignalRef};
 
 use super::read::{self, ReadError, ValueKind, WaveVar, Waves};
 use super::walk::{Point, Source, Walk, same};
-use crate::timescale::Timescale;
+use crate::Timescale;
 
 /// How many pairs of variables are in memory together.
 const BATCH: usize = 64;
@@ -130,7 +130,8 @@ impl<T> Default for List<T> {
 }
 
 impl<T> List<T> {
-    pub(crate) fn push(&mut self, max: usize, item: impl FnOnce() -> T) {
+    /// Counts an item, and keeps it while there are fewer than `max`.
+    pub fn push(&mut self, max: usize, item: impl FnOnce() -> T) {
         self.count += 1;
         if self.first.len() < max {
             self.first.push(item());

@@ -1,13 +1,13 @@
 use std::path::Path;
 
 use super::*;
-use crate::timescale::Unit;
+use crate::Unit;
 use crate::value::{Value, Word};
-use crate::wave::vcd::VcdWriter;
-use crate::wave::{Layout, Sink};
+use crate::vcd::VcdWriter;
+use crate::{Layout, Sink};
 
-const ICARUS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/waves/counter.vcd");
-const FST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/waves/counter.fst");
+const ICARUS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/waves/counter.vcd");
+const FST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/waves/counter.fst");
 
 /// `body` behind a header with `top.clk`, `top.q [3:0]` and, in `top.fa[3]`, `s`.
 fn vcd(timescale: &str, body: &str) -> String {
@@ -230,7 +230,7 @@ fn our_writer_and_icarus_agree() {
     }
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("ours.vcd");
-    let mut sink = VcdWriter::new(crate::wave::output::Output::create(&path).unwrap());
+    let mut sink = VcdWriter::new(crate::output::Output::create(&path).unwrap());
     sink.begin(&layout).unwrap();
     let mut count: Option<u64> = None;
     for now in 0..112 {

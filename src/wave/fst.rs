@@ -37,6 +37,10 @@ const INDEX: usize = 13;
 /// of a single instant.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_wave as wave;
+/// # }
 /// use discreta::value::Word;
 /// use discreta::wave::{Layout, Sink, fst::FstWriter, output::Output, read::Waves};
 ///

@@ -3,11 +3,11 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::Sink;
+use crate::output::{Output, OutputError};
+use crate::read::Waves;
+use crate::samples::{check_values, end, layout, model, record, runs, sample};
 use crate::value::Word;
-use crate::wave::Sink;
-use crate::wave::output::{Output, OutputError};
-use crate::wave::read::Waves;
-use crate::wave::samples::{check_values, end, layout, model, record, runs, sample};
 
 proptest! {
     #[test]

@@ -5,7 +5,7 @@
 use std::collections::HashSet;
 use std::fmt;
 
-use crate::timescale::Timescale;
+use crate::Timescale;
 
 /// What a scope stands for; viewers give each its own icon.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Default)]
@@ -69,6 +69,10 @@ pub(super) enum Declaration {
 /// What a waveform is about.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_wave as wave;
+/// # }
 /// use discreta::wave::Layout;
 /// let mut layout = Layout::default();
 /// let top = layout.scope("line", None);

@@ -79,6 +79,10 @@ impl<D: Destination + ?Sized> Destination for Box<D> {
 /// Errors of its [`Write`] and [`Destination`] hold an [`OutputError`], and keep the kind of what caused it.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_wave as wave;
+/// # }
 /// use std::io::Write;
 /// use discreta::wave::output::{Destination, Output};
 ///
@@ -311,7 +315,7 @@ impl fmt::Display for OutputError {
 }
 
 /// The fault without the number of the operating system, which tells a user nothing.
-pub(crate) fn reason(error: &io::Error) -> String {
+pub fn reason(error: &io::Error) -> String {
     let text = error.to_string();
     let text = text.split(" (os error").next().unwrap_or_default();
     let mut chars = text.chars();

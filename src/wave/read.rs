@@ -14,8 +14,8 @@ use wellen::{Signal, SignalValueRef, States};
 
 use super::names::{self, Names};
 use super::precheck;
+use crate::Timescale;
 use crate::guard::caught;
-use crate::timescale::Timescale;
 
 /// What the values of a variable are.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
@@ -77,6 +77,10 @@ impl WaveVar {
 /// A waveform in a file.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_wave as wave;
+/// # }
 /// use discreta::wave::read::Waves;
 /// # let dir = tempfile::tempdir()?;
 /// # let path = dir.path().join("a.vcd");

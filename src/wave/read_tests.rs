@@ -4,8 +4,8 @@ use proptest::prelude::*;
 
 use super::*;
 
-const ICARUS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/waves/counter.vcd");
-const FST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/waves/counter.fst");
+const ICARUS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/waves/counter.vcd");
+const FST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/waves/counter.fst");
 
 type Changes = Vec<(u64, String)>;
 

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::diff::{Context, Difference, List};
-use crate::timescale::Timescale;
+use crate::Timescale;
 
 /// Bits that are shown one by one; more become hexadecimal digits where that loses nothing.
 const MAX_BITS: usize = 16;

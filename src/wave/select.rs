@@ -102,7 +102,7 @@ impl Sink for Select<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wave::vcd::VcdWriter;
+    use crate::vcd::VcdWriter;
 
     #[test]
     fn parts_of_variables_go_elsewhere() {

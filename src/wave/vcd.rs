@@ -13,7 +13,7 @@ use super::layout::Declaration;
 use super::output::{Destination, Piece};
 use super::recorder::{Format, Recorder};
 use super::{Layout, ScopeKind, VarKind};
-use crate::timescale::Unit;
+use crate::Unit;
 use crate::value::Word;
 
 /// The destination is given whole lines, about this many bytes at a time.
@@ -22,6 +22,10 @@ const CHUNK: usize = 1 << 16;
 /// A [`Sink`](super::Sink) that writes VCD.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_wave as wave;
+/// # }
 /// use discreta::value::Word;
 /// use discreta::wave::{Layout, Sink, vcd::VcdWriter};
 ///

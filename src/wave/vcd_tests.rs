@@ -4,10 +4,10 @@ use needs::needs;
 use proptest::prelude::*;
 
 use super::*;
+use crate::Sink;
+use crate::read::Waves;
+use crate::samples::{Step, check_values, end, layout, model, record, runs, sample};
 use crate::value::{Logic, Value};
-use crate::wave::Sink;
-use crate::wave::read::Waves;
-use crate::wave::samples::{Step, check_values, end, layout, model, record, runs, sample};
 
 fn write(layout: &Layout, steps: &[Step], tail: u64) -> Vec<u8> {
     let mut bytes = Vec::new();

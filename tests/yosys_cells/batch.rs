@@ -324,7 +324,7 @@ fn discreta(folder: &Path, cells: &[Cell], stimulus: &[Vec<Vec<Value>>], vectors
     let values = run(&circuit, cells, stimulus, vectors);
     // written and read again it is the same
     let path = folder.join("again.json");
-    std::fs::write(&path, discreta::exchange::yosys::write(&circuit.netlist, &Default::default())).unwrap();
+    std::fs::write(&path, discreta::export::yosys::write(&circuit.netlist, &Default::default())).unwrap();
     let again = discreta::circuit::load(&path).unwrap_or_else(|e| panic!("{e}"));
     let again = run(&again, cells, stimulus, vectors);
     for (v, (first, second)) in values.iter().zip(&again).enumerate() {

@@ -10,7 +10,7 @@ use crate::circuit::{Circuit, Loader};
 use crate::cli::args::Assignment;
 use crate::cli::prepare::{circuit_of, is_scenario};
 use crate::diag::Sources;
-use crate::exchange::yosys::{self, Extra};
+use crate::export::yosys::{self, Extra};
 use crate::netlist::CellId;
 
 type Names = IndexMap<String, Json>;

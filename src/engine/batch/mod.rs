@@ -13,6 +13,7 @@
 
 mod build;
 mod combine;
+#[allow(missing_docs, reason = "shared with sweeps alone")]
 mod known;
 mod lanes;
 mod passage;
@@ -32,7 +33,7 @@ use crate::netlist::{NetId, Slice};
 use crate::value::Word;
 use crate::value::word::words;
 
-pub(crate) use known::{Bits, Lit, Logic, Registers, Rules};
+pub use known::{Bits, Lit, Logic, Registers, Rules};
 pub use passage::Passage;
 pub use program::Program;
 
@@ -54,6 +55,10 @@ pub type LaneSet = Vec<u64>;
 /// A block of lanes that run side by side.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_engine as engine;
+/// # }
 /// use discreta::Value;
 /// use discreta::engine::batch::{BatchEngine, Program};
 /// use discreta::netlist::Builder;
@@ -259,12 +264,12 @@ impl BatchEngine {
     }
 
     /// The number of a bit, for [`differ_from`](BatchEngine::differ_from).
-    pub(crate) fn bit(&self, slice: Slice, at: u32) -> u32 {
+    pub fn bit(&self, slice: Slice, at: u32) -> u32 {
         self.program.nets[slice.net.index()].0 + slice.lo + at
     }
 
     /// Adds to a set the lanes in which a bit is not as a plane of registers is.
-    pub(crate) fn differ_from(&self, registers: &Registers, pairs: &[(u32, u32)], lanes: &mut [u64]) {
+    pub fn differ_from(&self, registers: &Registers, pairs: &[(u32, u32)], lanes: &mut [u64]) {
         self.arch.dispatch(DifferFrom { engine: self, registers, pairs, lanes });
     }
 

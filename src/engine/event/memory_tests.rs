@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::EventEngine;
+use crate::Engine;
 use crate::Value;
 use crate::cell::memory::{ReadPort, WritePort};
 use crate::cell::{CellKind, Edge, Memory};
-use crate::engine::Engine;
 use crate::netlist::{Builder, Bus, Netlist};
 use crate::value::Word;
 

@@ -46,6 +46,10 @@ pub(super) struct Handover {
 /// The reference engine; see [`Engine`].
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_engine as engine;
+/// # }
 /// use discreta::engine::{Engine, EventEngine};
 /// use discreta::netlist::Builder;
 /// use discreta::value::Word;

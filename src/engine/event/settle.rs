@@ -4,7 +4,7 @@
 use super::eval::{State, bit_of};
 use super::program::Program;
 use crate::cell::memory::merged;
-use crate::engine::endless;
+use crate::endless;
 use crate::value::Word;
 
 /// A wave that does not end.

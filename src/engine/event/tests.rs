@@ -3,9 +3,9 @@
 use super::EventEngine;
 use crate::Value;
 use crate::cell::{CellKind, Clock, Counter, Edge, Flop, GateOp, Rc};
-use crate::engine::{Engine, Unsettled};
 use crate::netlist::{Builder, Bus, NetId, Netlist};
 use crate::value::Word;
+use crate::{Engine, Unsettled};
 
 struct Bench {
     netlist: Netlist,
@@ -248,7 +248,7 @@ fn of_two_endless_loops_the_same_is_reported_in_any_order() {
         }
         let mut t = Bench::new(b);
         t.set("on", "0").settle().set("on", "1");
-        crate::simulator::loop_names(&t.netlist, &t.engine.settle().unwrap_err())
+        t.engine.settle().unwrap_err().names(&t.netlist)
     };
     assert_eq!(report(["a", "b"]), ["a"]);
     assert_eq!(report(["b", "a"]), ["a"]);

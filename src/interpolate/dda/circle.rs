@@ -9,10 +9,10 @@
 use std::iter::FusedIterator;
 
 use super::{State, check_options, columns, mask, normalise};
-use crate::interpolate::{ArcInput, Clock, Columns, InputError, Interpolator, Method, Options, Watchdog};
+use crate::{ArcInput, Clock, Columns, InputError, Interpolator, Method, Options, Watchdog};
 
 /// What the command line asks for.
-pub(in crate::interpolate) fn build(input: ArcInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
+pub(crate) fn build(input: ArcInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     Ok(if options.as_printed {
         let printed = DdaCirclePrinted::new(input, options)?;
         let bound = printed.bound();
@@ -64,6 +64,10 @@ const fn axes(clockwise: bool) -> (usize, usize) {
 /// next clock is [`Clock::sum`]'s third number.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{ArcInput, DdaCircle, Options};
 /// let quarter = ArcInput::between((5, 0), (0, 5), false, 3);
 /// let steps = |options| DdaCircle::new(quarter, &options).map(|arc| arc.map(|clock| clock.letter()).collect::<String>());
@@ -170,6 +174,10 @@ impl FusedIterator for DdaCircle {}
 /// see [`Watchdog`].
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{ArcInput, DdaCirclePrinted, Interpolator, Options, Watchdog};
 /// let quarter = ArcInput::between((4, 0), (0, 4), false, 3);
 /// let printed = DdaCirclePrinted::new(quarter, &Options { parallel: true, ..Options::default() })?;

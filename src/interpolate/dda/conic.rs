@@ -6,8 +6,8 @@
 //! before the first clock whether the end point lies ahead, when it will be reached (`τ·2^bits` clocks), and how great
 //! derivatives and coordinates get on the way. The interpolator itself knows nothing of this.
 
-use crate::interpolate::InputError;
-use crate::interpolate::input::{check_bits, check_signed};
+use crate::InputError;
+use crate::input::{check_bits, check_signed};
 
 /// How near the end point counts as having got there, BLU along each axis: the path then goes straight to it. The path
 /// may be a few BLU off the curve, and would else pass the end point by.

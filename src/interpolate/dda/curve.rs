@@ -12,10 +12,10 @@ use std::iter::FusedIterator;
 
 use super::check_options;
 use super::conic::{Course, CurveInput, REACH};
-use crate::interpolate::{Clock, Columns, InputError, Interpolator, Method, Options, Stopped};
+use crate::{Clock, Columns, InputError, Interpolator, Method, Options, Stopped};
 
 /// What the command line asks for.
-pub(in crate::interpolate) fn build(input: CurveInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
+pub(crate) fn build(input: CurveInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     Ok(Box::new(DdaCurve::new(input, options)?))
 }
 
@@ -40,6 +40,10 @@ pub struct Printed {
 /// - **Watchdog.** A counter of clocks begins at [`Course::limit`](super::conic::Course::limit); at 0 no more are made.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{CurveInput, DdaCurve, Interpolator, Options};
 /// // x² + y² = 10², all of it
 /// let circle = CurveInput {
@@ -211,7 +215,7 @@ impl FusedIterator for DdaCurve {}
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::interpolate::Ideal;
+    use crate::Ideal;
 
     const SETTINGS: [(bool, bool); 4] = [(false, false), (false, true), (true, false), (true, true)];
 

@@ -6,10 +6,10 @@
 use std::iter::FusedIterator;
 
 use super::{State, check_options, columns, normalise};
-use crate::interpolate::{Clock, Columns, InputError, Interpolator, LineInput, Method, Options};
+use crate::{Clock, Columns, InputError, Interpolator, LineInput, Method, Options};
 
 /// What the command line asks for.
-pub(in crate::interpolate) fn build(input: LineInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
+pub(crate) fn build(input: LineInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     Ok(if options.as_printed {
         Box::new(DdaLinePrinted::new(input, options)?)
     } else {
@@ -26,6 +26,10 @@ pub(in crate::interpolate) fn build(input: LineInput, options: &Options) -> Resu
 /// while its counter is not 0.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{DdaLine, LineInput, Options};
 /// let input = LineInput { bits: 3, ..LineInput::new(5, 4) };
 /// let steps = |options| DdaLine::new(input, &options).map(|line| line.map(|clock| clock.letter()).collect::<String>());
@@ -103,6 +107,10 @@ impl FusedIterator for DdaLine {}
 /// what the cells hold.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{DdaLinePrinted, LineInput, Options};
 /// let input = LineInput { bits: 3, ..LineInput::new(5, 2) };
 /// let line = DdaLinePrinted::new(input, &Options::default())?;

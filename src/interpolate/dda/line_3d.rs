@@ -6,13 +6,10 @@
 use std::iter::FusedIterator;
 
 use super::check_options;
-use crate::interpolate::{Clock, Columns, InputError, Interpolator, Line3dInput, Method, Options};
+use crate::{Clock, Columns, InputError, Interpolator, Line3dInput, Method, Options};
 
 /// What the command line asks for.
-pub(in crate::interpolate) fn build(
-    input: Line3dInput,
-    options: &Options,
-) -> Result<Box<dyn Interpolator>, InputError> {
+pub(crate) fn build(input: Line3dInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     check_options(Method::DdaLine3d, options)?;
     Ok(Box::new(DdaLine3d::new(input, options.half_preload)?))
 }
@@ -20,6 +17,10 @@ pub(in crate::interpolate) fn build(
 /// The line in space: an iterator over its clocks, up to the one that ends it.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{DdaLine3d, Line3dInput};
 /// let line = DdaLine3d::new(Line3dInput { start: [0; 3], increment: [5, 4, 7], bits: 3 }, false)?;
 /// let steps: String = line.map(|clock| clock.letter()).collect();
@@ -89,7 +90,7 @@ impl FusedIterator for DdaLine3d {}
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::interpolate::Ideal;
+    use crate::Ideal;
 
     fn line(increment: [i64; 3], bits: u32, half: bool) -> DdaLine3d {
         DdaLine3d::new(Line3dInput { start: [0; 3], increment, bits }, half).unwrap()

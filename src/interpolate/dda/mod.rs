@@ -10,7 +10,7 @@ pub mod line;
 pub mod line_3d;
 pub mod normalise;
 
-use crate::interpolate::{Clock, Columns, InputError, Method, Options};
+use crate::{Clock, Columns, InputError, Method, Options};
 
 /// The cells of the program's memory, which are the registers of the block diagram. Index 0 is x, 1 is y.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

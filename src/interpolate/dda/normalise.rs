@@ -8,6 +8,10 @@
 /// the shifting stages of the circuit show.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::dda::normalise::shifts;
 /// // 0000_0101 and 0000_0100: five zeros above both
 /// assert_eq!(shifts(5, 4, 8), 5);

@@ -11,10 +11,10 @@
 use std::iter::FusedIterator;
 
 use super::mask;
-use crate::interpolate::{ArcInput, Clock, Columns, InputError, Interpolator, Options, Watchdog};
+use crate::{ArcInput, Clock, Columns, InputError, Interpolator, Options, Watchdog};
 
 /// What the command line asks for.
-pub(in crate::interpolate) fn build(input: ArcInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
+pub(crate) fn build(input: ArcInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     Ok(if options.as_printed {
         let printed = EfCirclePrinted::new(input)?;
         Box::new(Watchdog::new(printed, printed.bound()))
@@ -120,6 +120,10 @@ impl State {
 /// and one with no step to make ends at START.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{ArcInput, EfCircle};
 /// let arc = EfCircle::new(ArcInput::between((5, 0), (0, 5), false, 8))?;
 /// let steps: String = arc.map(|clock| clock.letter()).collect();
@@ -170,6 +174,10 @@ impl FusedIterator for EfCircle {}
 /// It misses the end of every quarter arc. It has to be bounded from outside, see [`Watchdog`].
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{ArcInput, EfCirclePrinted};
 /// let arc = EfCirclePrinted::new(ArcInput::between((5, 0), (0, 5), false, 8))?;
 /// let steps: String = arc.take(10).map(|clock| clock.letter()).collect();

@@ -2,7 +2,7 @@
 
 use super::circle::{EfCircle, EfCirclePrinted};
 use super::karibsky::{Karibsky, KaribskyPrinted};
-use crate::interpolate::{ArcInput, Clock, Interpolator, Watchdog};
+use crate::{ArcInput, Clock, Interpolator, Watchdog};
 
 /// The arc and its mirror image, x and y exchanged, which goes the other way round.
 fn both(arc: ArcInput) -> [ArcInput; 2] {

@@ -9,10 +9,10 @@
 use std::iter::FusedIterator;
 
 use super::circle::State;
-use crate::interpolate::{ArcInput, Clock, Columns, InputError, Interpolator, Options, Watchdog};
+use crate::{ArcInput, Clock, Columns, InputError, Interpolator, Options, Watchdog};
 
 /// What the command line asks for.
-pub(in crate::interpolate) fn build(input: ArcInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
+pub(crate) fn build(input: ArcInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     Ok(if options.as_printed {
         let printed = EfCircleFastPrinted::new(input)?;
         Box::new(Watchdog::new(printed, printed.bound()))
@@ -44,10 +44,14 @@ const fn step(s: &mut State, (x, y): (bool, bool)) -> Clock {
 /// The accelerated arc: an iterator over its clocks, up to the one that ends it.
 ///
 /// **When the counter of an axis is 0, the other axis steps alone**, whatever octant and sign say: the rule of
-/// [`EfCircle`](crate::interpolate::EfCircle), by which every arc ends exactly, also one whose end point is rounded off
+/// [`EfCircle`](crate::EfCircle), by which every arc ends exactly, also one whose end point is rounded off
 /// the circle. An arc with no step to make ends at START.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{ArcInput, EfCircleFast};
 /// let arc = EfCircleFast::new(ArcInput::between((5, 0), (0, 5), false, 8))?;
 /// let steps: String = arc.map(|clock| clock.letter()).collect();
@@ -109,6 +113,10 @@ impl FusedIterator for EfCircleFast {}
 /// It misses the end of nearly every quarter arc. It has to be bounded from outside, see [`Watchdog`].
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{ArcInput, EfCircleFastPrinted};
 /// let arc = EfCircleFastPrinted::new(ArcInput::between((5, 0), (0, 5), false, 8))?;
 /// let steps: String = arc.take(10).map(|clock| clock.letter()).collect();

@@ -7,10 +7,10 @@
 use std::iter::FusedIterator;
 
 use super::line::State;
-use crate::interpolate::{Clock, Columns, InputError, Interpolator, LineInput, Method, Options, Watchdog};
+use crate::{Clock, Columns, InputError, Interpolator, LineInput, Method, Options, Watchdog};
 
 /// What the command line asks for.
-pub(in crate::interpolate) fn build(input: LineInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
+pub(crate) fn build(input: LineInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     Ok(match (options.as_printed, options.centred) {
         (false, false) => Box::new(EfLineFast::new(input)?),
         (false, true) => Box::new(EfLineFast::centred(input)?),
@@ -41,6 +41,10 @@ const fn choose(s: &State, x_leads: bool) -> (bool, i64) {
 /// no other. Every line takes max(ΔX, ΔY) clocks.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{EfLineFast, LineInput};
 /// let line = EfLineFast::new(LineInput::new(7, 3))?;
 /// let steps: String = line.map(|clock| clock.letter()).collect();
@@ -56,7 +60,7 @@ impl EfLineFast {
     /// Points 1 to 3: loads the registers.
     ///
     /// # Errors
-    /// As [`EfLine::new`](crate::interpolate::EfLine::new).
+    /// As [`EfLine::new`](crate::EfLine::new).
     pub fn new(input: LineInput) -> Result<Self, InputError> {
         Ok(EfLineFast { state: State::load(input)? })
     }
@@ -121,6 +125,10 @@ impl FusedIterator for EfLineFast {}
 /// the program makes a false x step (9.1).
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{EfLineFastPrinted, LineInput};
 /// let steps = |dx, dy| -> Result<String, discreta::interpolate::InputError> {
 ///     Ok(EfLineFastPrinted::program(LineInput::new(dx, dy))?.map(|clock| clock.letter()).collect())

@@ -7,10 +7,10 @@
 use std::iter::FusedIterator;
 
 use super::circle::State;
-use crate::interpolate::{ArcInput, Clock, Columns, InputError, Interpolator, Options, Watchdog};
+use crate::{ArcInput, Clock, Columns, InputError, Interpolator, Options, Watchdog};
 
 /// What the command line asks for.
-pub(in crate::interpolate) fn build(input: ArcInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
+pub(crate) fn build(input: ArcInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     Ok(if options.as_printed {
         let printed = KaribskyPrinted::new(input)?;
         Box::new(Watchdog::new(printed, printed.bound()))
@@ -30,6 +30,10 @@ const fn trial(s: &State) -> i64 {
 /// So every arc takes exactly `ΔX + ΔY` clocks, and one with no step to make ends at START.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{ArcInput, Karibsky};
 /// let arc = Karibsky::new(ArcInput::between((5, 0), (0, 5), false, 8))?;
 /// let steps: String = arc.map(|clock| clock.letter()).collect();
@@ -80,6 +84,10 @@ impl FusedIterator for Karibsky {}
 /// [`Watchdog`].
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{ArcInput, KaribskyPrinted};
 /// let arc = KaribskyPrinted::new(ArcInput::between((5, 0), (0, 5), false, 8))?;
 /// let steps: String = arc.take(10).map(|clock| clock.letter()).collect();

@@ -8,10 +8,10 @@
 use std::iter::FusedIterator;
 
 use super::mask;
-use crate::interpolate::{Clock, Columns, InputError, Interpolator, LineInput, Method, Options, Watchdog};
+use crate::{Clock, Columns, InputError, Interpolator, LineInput, Method, Options, Watchdog};
 
 /// What the command line asks for.
-pub(in crate::interpolate) fn build(input: LineInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
+pub(crate) fn build(input: LineInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     Ok(match (options.as_printed, options.centred) {
         (false, false) => Box::new(EfLine::new(input)?),
         (false, true) => Box::new(EfLine::centred(input)?),
@@ -79,6 +79,10 @@ impl State {
 /// and one more, without a step, if `ΔX = 0 < ΔY`. The line (0, 0) ends at START, with no clock.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{EfLine, LineInput};
 /// let line = EfLine::new(LineInput::new(5, 3))?;
 /// let steps: String = line.map(|clock| clock.letter()).collect();
@@ -155,6 +159,10 @@ impl FusedIterator for EfLine {}
 /// It has to be bounded from outside, see [`Watchdog`].
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{EfLinePrinted, LineInput};
 /// let line = EfLinePrinted::new(LineInput::new(0, 3))?;
 /// let steps: String = line.take(6).map(|clock| clock.letter()).collect();

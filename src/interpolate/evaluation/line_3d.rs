@@ -14,13 +14,10 @@
 
 use std::iter::FusedIterator;
 
-use crate::interpolate::{Clock, Columns, InputError, Interpolator, Line3dInput, Method, Options};
+use crate::{Clock, Columns, InputError, Interpolator, Line3dInput, Method, Options};
 
 /// What the command line asks for.
-pub(in crate::interpolate) fn build(
-    input: Line3dInput,
-    options: &Options,
-) -> Result<Box<dyn Interpolator>, InputError> {
+pub(crate) fn build(input: Line3dInput, options: &Options) -> Result<Box<dyn Interpolator>, InputError> {
     if options.as_printed {
         return Err(InputError::Option { method: Method::EfLine3d, option: "--as-printed" });
     }
@@ -33,6 +30,10 @@ pub(in crate::interpolate) fn build(
 /// from the line at its clock; the path stays nearer to it than √2 BLU.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{EfLine3d, Line3dInput};
 /// let line = EfLine3d::new(Line3dInput { start: [0; 3], increment: [7, 3, 2], bits: 8 })?;
 /// let steps: String = line.map(|clock| clock.letter()).collect();
@@ -120,7 +121,7 @@ impl FusedIterator for EfLine3d {}
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::interpolate::Ideal;
+    use crate::Ideal;
 
     fn input(increment: [i64; 3]) -> Line3dInput {
         Line3dInput { start: [0; 3], increment, bits: 8 }

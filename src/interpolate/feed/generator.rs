@@ -10,6 +10,10 @@ const FACTOR_BITS: u32 = 8;
 /// 1.73 for three, as «следващият интервал трябва да бъде 1,41 пъти по-дълъг … 1,73 пъти» has it.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::feed::factor;
 /// assert_eq!([0, 1, 2, 3].map(|axes| factor(axes) as f64 / 256.0), [1.0, 1.0, 1.41015625, 1.73046875]);
 /// ```
@@ -31,6 +35,10 @@ pub const fn factor(axes: usize) -> u64 {
 /// `period·2^s·factor` plus what was carried over, all of it exact.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::feed::Generator;
 /// // 5¼ ticks, as a number with 8 bits of fraction; pulses of 2 ticks
 /// let mut generator = Generator::new(0x540, 8, 8, 2, false)?;

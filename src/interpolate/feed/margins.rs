@@ -11,6 +11,10 @@ use std::{error, fmt};
 /// is filled again before the next Δt takes at most `(hold + 3)·step`.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::feed::Margins;
 /// let margins = Margins { step: 20, high: 10, tau: 17, hold: 2, tick: 10, dt_high: 2 };
 /// assert_eq!(margins.check(), Ok(()));

@@ -8,6 +8,10 @@ const TIMES: [f64; 4] = [1.0, 1.0, 1.41, 1.73];
 /// axes is 1.41, after three 1.73 times as long.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{EfLineFast, LineInput, feed::pace};
 /// // XDXDXDX: 7 clocks along √(7² + 3²) = 7.616 BLU; with longer intervals 4 + 3·1.41 = 8.23
 /// let axes = || EfLineFast::new(LineInput::new(7, 3)).unwrap().map(|clock| clock.axes());

@@ -10,6 +10,10 @@ use std::{error, fmt};
 /// All are *inversely* proportional to V.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::feed::Speed;
 /// // 1000 BLU a second, a clock of 1 MHz
 /// let speed = Speed::new(1000.0, 1e-6)?;

@@ -53,6 +53,10 @@ impl Stores {
 /// has come and the stores have drained.
 ///
 /// ```
+/// # mod discreta {
+/// #     pub use discreta_core::*;
+/// #     pub use discreta_interpolate as interpolate;
+/// # }
 /// use discreta::interpolate::{EfLine, LineInput, feed::Feed};
 /// let feed = Feed::new(EfLine::new(LineInput::new(5, 3))?);
 /// let axes: Vec<[bool; 3]> = feed.collect();
@@ -103,7 +107,7 @@ impl<I: Interpolator> Iterator for Feed<I> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::interpolate::{EfLine, LineInput};
+    use crate::{EfLine, LineInput};
 
     #[test]
     fn a_store_holds_two_steps_of_an_axis() {

@@ -1,16 +1,15 @@
 //! Timing checks: what must hold of pulses, edges and steps at every tick of a run, after the timing checks of IEEE
 //! 1364-2005, clause 15.
 //!
-//! [`mod@file`] is what an author writes, [`TimingCheck`] the same with its names resolved, [`Checker`] follows the nets of
+//! [`Check`] is what an author writes, [`TimingCheck`] the same with its names resolved, [`Checker`] follows the nets of
 //! a run. Times are whole ticks, and only what a net is at the end of a tick counts.
 
-pub mod file;
 mod resolve;
 mod watch;
 
 use serde::Serialize;
 
-pub use file::{Check, CheckRule, Level, NetEdge};
+use crate::syntax::{Check, CheckRule, Level};
 pub(super) use watch::Checker;
 
 use super::Edge;

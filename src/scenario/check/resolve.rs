@@ -2,10 +2,10 @@
 
 use super::super::resolve::Resolver;
 use super::{Check, CheckRule, Level, Side, Timing, TimingCheck};
-use crate::circuit::Name;
 use crate::diag::{Code, Diagnostic};
 use crate::netlist::SignalId;
 use crate::scenario::{Edge, TimeText};
+use crate::syntax::Name;
 
 impl TimingCheck {
     /// Resolves a check; what is faulty is told and left out.

@@ -5,7 +5,7 @@ use super::{Finder, Replay, differs, tick};
 use crate::diag::{Code, Diagnostic};
 use crate::netlist::{Direction, Netlist, SignalId};
 use crate::scenario::glob::{glob_path, glob_set};
-use crate::scenario::stimulus::Loose;
+use crate::syntax::stimulus::Loose;
 use crate::value::Word;
 use crate::value::word::words;
 use crate::wave::Layout;

@@ -10,13 +10,14 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::path::Path;
 
-use super::file::Simulation;
-use super::stimulus::WaveStimulus;
-use crate::circuit::Circuit;
+use crate::Timescale;
 use crate::diag::{Code, Diagnostic, Diagnostics, Span};
+use crate::elaborate::Circuit;
 use crate::json::Spanned;
 use crate::netlist::{Bit, Direction, NetId, Netlist, Signal, SignalId};
-use crate::timescale::Timescale;
+use crate::syntax::scenario::Simulation;
+use crate::syntax::stimulus::WaveStimulus;
+use crate::Timescale;
 use crate::value::Word;
 use crate::value::word::words;
 use crate::wave::play::Tracks;
@@ -113,7 +114,7 @@ impl fmt::Debug for Replay {
 /// Opens the waveform that a scenario names; its path is relative to the file `from`.
 pub fn open(wave: &WaveStimulus, from: &str, diagnostics: &mut Diagnostics) -> Option<Waves> {
     let path = Path::new(from).parent().unwrap_or(Path::new("")).join(&*wave.wave.value);
-    let opened = Waves::open(&crate::circuit::normal(&path));
+    let opened = Waves::open(&crate::elaborate::normal(&path));
     let fault = |e: crate::wave::read::ReadError| {
         let fault = Diagnostic::new(Code::BadWave, e.to_string()).at(wave.wave.span, "");
         e.hint().into_iter().fold(fault, Diagnostic::help)
@@ -295,7 +296,7 @@ impl Replay {
 }
 
 /// The bits of an input that are to come first, `a`, `a[3]`, or `a[7:4]`; none if there are no such.
-fn first(netlist: &Netlist, name: &crate::circuit::Name, inputs: &[Driven], diagnostics: &mut Diagnostics) -> Vec<Bit> {
+fn first(netlist: &Netlist, name: &crate::syntax::Name, inputs: &[Driven], diagnostics: &mut Diagnostics) -> Vec<Bit> {
     let find = |name: &str| inputs.iter().find(|driven| netlist.signal(driven.signal).name == name);
     if let Some(driven) = find(&name.value) {
         return (0..driven.width).map(|bit| (driven.net, bit)).collect();

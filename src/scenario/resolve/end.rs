@@ -3,11 +3,11 @@
 use super::{DEFAULT_CYCLES, Resolver, Scenario};
 use crate::Value;
 use crate::cell::{CellKind, Clock};
-use crate::circuit::Expr;
 use crate::diag::{Code, Diagnostic};
 use crate::netlist::SignalId;
-use crate::scenario::file::{Limit, Until};
 use crate::scenario::replay::Replay;
+use crate::syntax::Expr;
+use crate::syntax::scenario::{Limit, Until};
 
 /// The last tick of so many cycles: they end with the falling edge of the last, or before the first rising one.
 fn last_of(cycles: u64, c: Clock) -> u64 {

@@ -1,10 +1,10 @@
 //! What is expected of a run.
 
 use super::{Expectation, Resolver, Rule};
-use crate::circuit::{Expr, Name};
 use crate::diag::{Code, Diagnostic};
 use crate::scenario::TimingCheck;
-use crate::scenario::file::{Expect, Simulation, ValueText};
+use crate::syntax::scenario::{Expect, Simulation, ValueText};
+use crate::syntax::{Expr, Name};
 
 impl Resolver<'_> {
     /// A number of times.

@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 
 use super::{Shown, View};
-use crate::netlist::ValueNames;
+use crate::value::ValueNames;
 
 const HEX: u32 = 0x2;
 const DECIMAL: u32 = 0x4;
@@ -141,7 +141,7 @@ fn named(signal: &Shown) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::wave::save::tests::example;
+    use crate::save::tests::example;
 
     /// By hand from GTKWave's manual.
     #[test]

@@ -9,8 +9,8 @@ pub mod surfer;
 
 use std::sync::Arc;
 
-use crate::netlist::ValueNames;
-use crate::timescale::Timescale;
+use crate::Timescale;
+use crate::value::ValueNames;
 
 /// A signal in a viewer.
 #[derive(Clone, PartialEq, Eq, Debug)]

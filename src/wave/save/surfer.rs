@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 
 use super::{Shown, View};
-use crate::netlist::ValueNames;
+use crate::value::ValueNames;
 
 impl View {
     /// The command file.
@@ -76,7 +76,7 @@ fn place(number: usize, items: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::place;
-    use crate::wave::save::tests::example;
+    use crate::save::tests::example;
 
     #[test]
     fn a_command_file() {

@@ -1,8 +1,8 @@
 //! The waveform around the first difference of two: what one of them has above what the other has.
 
 use super::{Axis, Legible, Picture, Radix, Style, Trace, margin};
-use crate::wave::diff::Difference;
-use crate::wave::read::{ReadError, Waves};
+use crate::diff::Difference;
+use crate::read::{ReadError, Waves};
 
 /// Signals that are shown, at most.
 const SIGNALS: usize = 4;
@@ -58,7 +58,7 @@ fn find(waves: &Waves, name: &str) -> Option<usize> {
 /// A variable in ticks of the comparison.
 fn load(waves: &mut Waves, var: usize, difference: &Difference, side: &str) -> Result<Trace, ReadError> {
     let mut trace = Trace::load(waves, var, Radix::Auto)?;
-    let common = difference.timescale.map(crate::timescale::Timescale::exponent);
+    let common = difference.timescale.map(crate::Timescale::exponent);
     if let (Some(own), Some(common)) = (waves.exponent(), common) {
         let factor = 10u64.saturating_pow(own.abs_diff(common));
         trace.changes.iter_mut().for_each(|(time, _)| *time = time.saturating_mul(factor));

@@ -1,7 +1,7 @@
 //! Which time stands in which column.
 
 use super::Trace;
-use crate::timescale::{Timescale, Unit};
+use crate::{Timescale, Unit};
 
 /// Columns for the usual distance of two changes: no more, where all of it fits.
 const WIDEST: u64 = 10;
@@ -153,8 +153,8 @@ fn usual_gap(traces: &[Trace], from: u64, to: u64) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wave::read::ValueKind;
-    use crate::wave::text::Radix;
+    use crate::read::ValueKind;
+    use crate::text::Radix;
 
     fn clock(period: u64, edges: u64) -> Trace {
         let changes = (0..edges).map(|n| (n * period / 2, (n % 2).to_string())).collect();

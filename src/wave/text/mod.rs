@@ -15,8 +15,8 @@ pub use axis::{Axis, Legible};
 pub use radix::Radix;
 
 use super::read::{ReadError, ValueKind, Waves};
-use crate::netlist::ValueNames;
-use crate::timescale::Timescale;
+use crate::Timescale;
+use crate::value::ValueNames;
 
 /// Columns between a name and its row.
 const GAP: usize = 2;

@@ -2,8 +2,8 @@
 
 use std::str::FromStr;
 
-use crate::wave::read::ValueKind;
-use crate::wave::report::hexadecimal;
+use crate::read::ValueKind;
+use crate::report::hexadecimal;
 
 /// Up to so many bits are a decimal number where nothing else was asked for.
 const DECIMAL: u32 = 16;

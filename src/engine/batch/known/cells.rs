@@ -2,9 +2,9 @@
 //! without x and z; where those give x all the same, a guard says so.
 
 use super::logic::{Lit, Logic};
+use crate::batch::build::loads_known;
+use crate::batch::combine::bit_of_value;
 use crate::cell::{AddOp, CellKind, CompareOp, DivideOp, GateOp, ShiftOp};
-use crate::engine::batch::build::loads_known;
-use crate::engine::batch::combine::bit_of_value;
 
 /// The most operations that a cell may take: beyond it lane by lane is no slower.
 const MOST: u32 = 1 << 16;

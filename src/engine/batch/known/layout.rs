@@ -2,8 +2,8 @@
 
 use super::cells::has_form;
 use super::{Events, logic::Lit};
+use crate::batch::program::{Op, Program, ZERO};
 use crate::cell::{CellKind, ShiftOp};
-use crate::engine::batch::program::{Op, Program, ZERO};
 
 /// The bits of the pins that are 0 and 1.
 const ONE: u32 = 1;

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 /// A node of a [`Logic`], or its inverse.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub(crate) struct Lit(u32);
+pub struct Lit(u32);
 
 impl Lit {
     pub const FALSE: Lit = Lit(0);
@@ -80,7 +80,7 @@ pub(super) fn moved(t: u8, places: [usize; 3]) -> u8 {
 }
 
 /// A graph.
-pub(crate) struct Logic {
+pub struct Logic {
     pub(super) nodes: Vec<Node>,
     numbers: HashMap<Node, u32>,
 }

@@ -28,8 +28,8 @@ use super::state::State;
 use crate::netlist::NetId;
 
 pub(super) use layout::Layout;
-pub(crate) use logic::{Lit, Logic};
-pub(crate) use registers::{Bits, Registers, Rules};
+pub use logic::{Lit, Logic};
+pub use registers::{Bits, Registers, Rules};
 use round::Round;
 
 /// Rounds of an instant after which the general form decides.

@@ -7,13 +7,13 @@ use pulp::Arch;
 use super::logic::{Lit, Logic};
 use super::machine::play;
 use super::tape::{Part, Tape, emit};
-use crate::engine::batch::lanes::{Chunk, LANES};
+use crate::batch::lanes::{Chunk, LANES};
 
 /// A word of a function: its bits, the least significant first.
-pub(crate) type Bits = Vec<Lit>;
+pub type Bits = Vec<Lit>;
 
 /// What registers go on by, and what else is to be seen of them.
-pub(crate) struct Rules<'r> {
+pub struct Rules<'r> {
     /// Their widths.
     pub widths: &'r [u32],
     /// What each is after a clock.
@@ -24,7 +24,7 @@ pub(crate) struct Rules<'r> {
 
 /// Registers in all lanes of a block.
 #[derive(Debug)]
-pub(crate) struct Registers {
+pub struct Registers {
     planes: Vec<Cell<Chunk>>,
     chunks: usize,
     /// First plane and width of each.
@@ -114,7 +114,7 @@ impl Registers {
 
     /// A plane.
     #[inline(always)]
-    pub(in crate::engine::batch) fn plane(&self, plane: u32) -> &[Cell<Chunk>] {
+    pub(in crate::batch) fn plane(&self, plane: u32) -> &[Cell<Chunk>] {
         &self.planes[plane as usize * self.chunks..][..self.chunks]
     }
 }

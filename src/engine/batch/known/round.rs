@@ -7,7 +7,7 @@ use super::cells;
 use super::layout::Layout;
 use super::logic::{Lit, Logic};
 use super::tape::{Part, Tape, emit};
-use crate::engine::batch::program::{Op, Program};
+use crate::batch::program::{Op, Program};
 
 /// The code of what some events set off.
 #[derive(Debug)]

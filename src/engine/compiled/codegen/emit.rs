@@ -4,12 +4,12 @@ use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::{InstBuilder, MemFlagsData, Value, types};
 use cranelift_frontend::FunctionBuilder;
 
-use crate::engine::compiled::codegen::{Shared, dirty_bit};
-use crate::engine::compiled::ir::graph::{Graph, Id, Map, Op};
-use crate::engine::compiled::ir::plan::{Chunk, Plan};
-use crate::engine::compiled::ir::stores::Put;
-use crate::engine::compiled::ir::stores::{Half, Store};
-use crate::engine::compiled::passes::outline::Data;
+use crate::compiled::codegen::{Shared, dirty_bit};
+use crate::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::compiled::ir::plan::{Chunk, Plan};
+use crate::compiled::ir::stores::Put;
+use crate::compiled::ir::stores::{Half, Store};
+use crate::compiled::passes::outline::Data;
 
 /// Operations after which what is in memory is brought again.
 const WINDOW: u32 = 12;

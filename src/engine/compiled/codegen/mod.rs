@@ -14,15 +14,15 @@ use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{FuncId, Linkage, Module, default_libcall_names};
 
-use crate::engine::compiled::CompileError;
-use crate::engine::compiled::codegen::emit::{Emit, offset, trusted};
-use crate::engine::compiled::codegen::machine::{Circle, Machine};
-use crate::engine::compiled::ir::graph::{Graph, Map};
-use crate::engine::compiled::ir::plan::{Chunk, Plan};
-use crate::engine::compiled::ir::stores::Half;
-use crate::engine::compiled::passes::edge::Tick;
-use crate::engine::compiled::passes::outline::{Same, same};
-use crate::engine::compiled::passes::split::split;
+use crate::compiled::CompileError;
+use crate::compiled::codegen::emit::{Emit, offset, trusted};
+use crate::compiled::codegen::machine::{Circle, Machine};
+use crate::compiled::ir::graph::{Graph, Map};
+use crate::compiled::ir::plan::{Chunk, Plan};
+use crate::compiled::ir::stores::Half;
+use crate::compiled::passes::edge::Tick;
+use crate::compiled::passes::outline::{Same, same};
+use crate::compiled::passes::split::split;
 
 /// Where the generated code finds what it shares with the engine, in halves of slots.
 #[derive(Clone, Copy, Debug, Default)]

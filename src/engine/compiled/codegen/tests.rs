@@ -1,9 +1,9 @@
 use super::*;
-use crate::engine::compiled::ir::graph::{Id, Op};
-use crate::engine::compiled::ir::interpreter::{Program, Random, run, run_plan, seeds};
-use crate::engine::compiled::ir::plan::Root;
-use crate::engine::compiled::ir::record::Record;
-use crate::engine::compiled::passes::partition::partition;
+use crate::compiled::ir::graph::{Id, Op};
+use crate::compiled::ir::interpreter::{Program, Random, run, run_plan, seeds};
+use crate::compiled::ir::plan::Root;
+use crate::compiled::ir::record::Record;
+use crate::compiled::passes::partition::partition;
 use crate::value::Word;
 
 /// The number of an operation, so that a test can say which it has had.

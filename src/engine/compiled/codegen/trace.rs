@@ -4,9 +4,9 @@ use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::{InstBuilder, Value, types};
 
 use super::emit::{Emit, offset, trusted};
-use crate::engine::compiled::ir::graph::Id;
-use crate::engine::compiled::ir::record::{Part, Record};
-use crate::engine::compiled::ir::stores::Half;
+use crate::compiled::ir::graph::Id;
+use crate::compiled::ir::record::{Part, Record};
+use crate::compiled::ir::stores::Half;
 use crate::value::changes::{self, Written};
 
 /// How many words of records generated code has room for.

@@ -1,7 +1,7 @@
 //! What follows from a condition, a node of 0 or 1: what else holds then, and which conditions exclude each other. It is
 //! looked for only where it is plain.
 
-use crate::engine::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::compiled::ir::graph::{Graph, Id, Map, Op};
 
 impl Graph {
     /// A node of 0 or 1 that is 1 wherever `a` is not 0, if one is at hand.

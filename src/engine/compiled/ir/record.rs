@@ -2,7 +2,7 @@
 
 use super::graph::{Id, Map};
 use super::stores::{Half, Store};
-use crate::engine::Field;
+use crate::Field;
 use crate::netlist::NetId;
 use crate::value::changes::{self, Written};
 

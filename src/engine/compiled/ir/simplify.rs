@@ -2,7 +2,7 @@
 //!
 //! Each holds bit by bit on whole words, so it holds for either plane of a four-valued word too.
 
-use crate::engine::compiled::ir::graph::{Graph, Id, Op};
+use crate::compiled::ir::graph::{Graph, Id, Op};
 
 /// Factors of a product that are told apart.
 const MOST_FACTORS: usize = 40;

@@ -1,9 +1,9 @@
 //! What cells without state give, as functions on nodes: the functions of the cell room once more.
 
 use crate::cell::{AddOp, Alu, CellKind, CompareOp, DivideOp, ShiftOp};
-use crate::engine::compiled::ir::graph::{Graph, Id};
-use crate::engine::compiled::lower::four::{Bits, Two, append, slice};
-use crate::engine::compiled::lower::wide;
+use crate::compiled::ir::graph::{Graph, Id};
+use crate::compiled::lower::four::{Bits, Two, append, slice};
+use crate::compiled::lower::wide;
 use crate::value::Word;
 use crate::value::word::{mask, word_mask, words};
 

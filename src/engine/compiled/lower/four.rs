@@ -1,7 +1,7 @@
 //! Four-valued operators on nodes, a node each plane, as [`Word`] has them on words; and what cuts vectors and joins them.
 
 use crate::cell::GateOp;
-use crate::engine::compiled::ir::graph::{Graph, Id};
+use crate::compiled::ir::graph::{Graph, Id};
 use crate::value::Word;
 use crate::value::word::{word_mask, words};
 

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 
 use crate::cell::memory::pin::{RD_ARST, RD_CLK, RD_EN, RD_SRST, WR_CLK, WR_EN};
 use crate::cell::{CellKind, Edge, Memory, Role};
-use crate::engine::compiled::lower::Places;
+use crate::compiled::lower::Places;
 use crate::netlist::{CellId, Direction, Driver, NetId, Netlist};
 use crate::value::Word;
 use crate::value::word::{extract, word_mask, words};

@@ -6,9 +6,9 @@
 
 use crate::Value;
 use crate::cell::Memory;
-use crate::engine::compiled::ir::graph::{Graph, Id};
-use crate::engine::compiled::ir::stores::Put;
-use crate::engine::compiled::lower::four::{Bits, Two};
+use crate::compiled::ir::graph::{Graph, Id};
+use crate::compiled::ir::stores::Put;
+use crate::compiled::lower::four::{Bits, Two};
 use crate::value::Word;
 use crate::value::word::{mask, word_mask, words};
 

@@ -3,7 +3,7 @@
 
 use super::wide;
 use crate::cell::CellKind;
-use crate::engine::compiled::CompileError;
+use crate::compiled::CompileError;
 use crate::netlist::Netlist;
 use crate::value::word::words;
 

@@ -2,8 +2,8 @@
 //! and powers.
 
 use crate::cell::{DivideOp, ShiftOp};
-use crate::engine::compiled::ir::graph::{Graph, Id};
-use crate::engine::compiled::lower::four::{Bits, Two};
+use crate::compiled::ir::graph::{Graph, Id};
+use crate::compiled::lower::four::{Bits, Two};
 use crate::value::Word;
 use crate::value::word::{mask, word_mask, words};
 

@@ -1,7 +1,7 @@
 //! What of a tick has nothing to do with the rest: parts of a circuit that read each other's state at most.
 
-use crate::engine::compiled::ir::graph::{Id, Map, Op};
-use crate::engine::compiled::passes::edge::Tick;
+use crate::compiled::ir::graph::{Id, Map, Op};
+use crate::compiled::passes::edge::Tick;
 
 /// How many parts of one size are worth having apart.
 const LIKE: usize = 4;

@@ -4,15 +4,15 @@
 //! It is left before the period in which an observed net would change or state would become what the form does not allow:
 //! the ticks do that one.
 
-use crate::engine::compiled::codegen::machine::Circle;
-use crate::engine::compiled::codegen::{self, Shared};
-use crate::engine::compiled::ir::graph::{Graph, Id, Map, Op};
-use crate::engine::compiled::ir::plan::Chunk;
-use crate::engine::compiled::ir::record::Record;
-use crate::engine::compiled::ir::stores::Put;
-use crate::engine::compiled::ir::stores::{Half, Store};
-use crate::engine::compiled::passes::edge::Tick;
-use crate::engine::compiled::passes::word_recovery::{LEAST, Packed, Place, Step, TRIALS, pack};
+use crate::compiled::codegen::machine::Circle;
+use crate::compiled::codegen::{self, Shared};
+use crate::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::compiled::ir::plan::Chunk;
+use crate::compiled::ir::record::Record;
+use crate::compiled::ir::stores::Put;
+use crate::compiled::ir::stores::{Half, Store};
+use crate::compiled::passes::edge::Tick;
+use crate::compiled::passes::word_recovery::{LEAST, Packed, Place, Step, TRIALS, pack};
 use crate::value::Word;
 
 /// A period in machine code.

@@ -7,16 +7,16 @@
 //! settle, the tick is left before it stores anything.
 
 use crate::cell::CellKind;
-use crate::engine::compiled::ir::graph::{Graph, Id, Map, Op};
-use crate::engine::compiled::ir::plan::Chunk;
-use crate::engine::compiled::ir::record::{Record, Traced};
-use crate::engine::compiled::ir::stores::Put;
-use crate::engine::compiled::ir::stores::Store;
-use crate::engine::compiled::lower::Lowered;
-use crate::engine::compiled::lower::four::{Bits, Two};
-use crate::engine::compiled::lower::layout::Kept;
-use crate::engine::compiled::lower::layout::{Bit, Part, Wiring};
-use crate::engine::compiled::lower::memory::{self, Controls, Element, Read, Written};
+use crate::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::compiled::ir::plan::Chunk;
+use crate::compiled::ir::record::{Record, Traced};
+use crate::compiled::ir::stores::Put;
+use crate::compiled::ir::stores::Store;
+use crate::compiled::lower::Lowered;
+use crate::compiled::lower::four::{Bits, Two};
+use crate::compiled::lower::layout::Kept;
+use crate::compiled::lower::layout::{Bit, Part, Wiring};
+use crate::compiled::lower::memory::{self, Controls, Element, Read, Written};
 use crate::netlist::Netlist;
 
 /// Rounds of edges that are followed.

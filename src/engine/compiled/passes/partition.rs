@@ -4,9 +4,9 @@
 //! Nodes stand in the order of a walk from what is wanted, so a chunk holds whole cones where it can. What a chunk leaves
 //! for a later one is stored and compared; only a change wakes the later one.
 
-use crate::engine::compiled::ir::graph::{Graph, Id, Map, Op};
-use crate::engine::compiled::ir::plan::{Chunk, Plan, Root};
-use crate::engine::compiled::ir::stores::{Half, Store};
+use crate::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::compiled::ir::plan::{Chunk, Plan, Root};
+use crate::compiled::ir::stores::{Half, Store};
 
 const NONE: u32 = u32::MAX;
 

@@ -7,12 +7,12 @@
 //! What has nothing to do with the rest (`parts`) gets pieces of its own where there are several of the kind, so that these
 //! come out alike and share their code (`same`).
 
-use crate::engine::compiled::ir::graph::{Id, Map, Op};
-use crate::engine::compiled::ir::plan::{Chunk, Plan};
-use crate::engine::compiled::ir::stores::Put;
-use crate::engine::compiled::ir::stores::{Half, Store};
-use crate::engine::compiled::passes::components::parts;
-use crate::engine::compiled::passes::edge::Tick;
+use crate::compiled::ir::graph::{Id, Map, Op};
+use crate::compiled::ir::plan::{Chunk, Plan};
+use crate::compiled::ir::stores::Put;
+use crate::compiled::ir::stores::{Half, Store};
+use crate::compiled::passes::components::parts;
+use crate::compiled::passes::edge::Tick;
 
 const NONE: u32 = u32::MAX;
 /// What may be a piece of its own has at least this part of the nodes of a whole one: a call costs something.

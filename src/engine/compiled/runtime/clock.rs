@@ -1,10 +1,10 @@
 //! Ticks in one piece of code, and what they leave to the waves.
 
-use crate::engine::Unsettled;
-use crate::engine::compiled::passes::cycle::SHORT;
-use crate::engine::compiled::runtime::tracing::Times;
-use crate::engine::compiled::runtime::variants::{PIECE, Wanted};
-use crate::engine::compiled::runtime::{ABORTS, CompiledEngine, NEVER, PATIENCE, bit_of};
+use crate::Unsettled;
+use crate::compiled::passes::cycle::SHORT;
+use crate::compiled::runtime::tracing::Times;
+use crate::compiled::runtime::variants::{PIECE, Wanted};
+use crate::compiled::runtime::{ABORTS, CompiledEngine, NEVER, PATIENCE, bit_of};
 use crate::value::Word;
 
 impl CompiledEngine<'_> {

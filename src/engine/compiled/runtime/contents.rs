@@ -2,13 +2,13 @@
 
 use crate::cell::memory::{ReadControls, Written, merged};
 use crate::cell::{CellKind, Memory};
-use crate::engine::compiled::runtime::{CompiledEngine, half};
-use crate::engine::{Engine, EventEngine};
+use crate::compiled::runtime::{CompiledEngine, half};
+use crate::{Engine, EventEngine};
 use crate::netlist::{CellId, Netlist};
 use crate::value::Word;
 use crate::value::word::{extract, words};
 
-use crate::engine::compiled::lower::layout::{Part, Stored};
+use crate::compiled::lower::layout::{Part, Stored};
 
 /// The memory that a cell is.
 fn memory_of(netlist: &Netlist, cell: CellId) -> &Memory {

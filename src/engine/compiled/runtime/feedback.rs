@@ -3,9 +3,9 @@
 
 use std::ops::Range;
 
-use crate::engine::compiled::lower::layout::Wiring;
-use crate::engine::compiled::runtime::on_demand::{Held, Peeked};
-use crate::engine::endless;
+use crate::compiled::lower::layout::Wiring;
+use crate::compiled::runtime::on_demand::{Held, Peeked};
+use crate::endless;
 use crate::netlist::{CellId, NetId, Netlist};
 use crate::value::Word;
 use crate::value::word::words;

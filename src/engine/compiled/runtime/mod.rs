@@ -13,19 +13,19 @@ pub(crate) mod variants;
 use std::collections::HashMap;
 
 use crate::cell::{CellKind, Clock};
-use crate::engine::compiled::CompileError;
-use crate::engine::compiled::codegen;
-use crate::engine::compiled::lower::{layout, support};
-use crate::engine::{Engine, EventEngine, Log, UnknownControl, Unsettled};
+use crate::compiled::CompileError;
+use crate::compiled::codegen;
+use crate::compiled::lower::{layout, support};
+use crate::{Engine, EventEngine, Log, UnknownControl, Unsettled};
 use crate::netlist::{NetId, Netlist};
 use crate::value::Word;
 use crate::value::word::words;
 
-use crate::engine::compiled::codegen::Shared;
-use crate::engine::compiled::lower::layout::Kept;
-use crate::engine::compiled::lower::layout::Wiring;
-use crate::engine::compiled::runtime::tracing::Tracing;
-use crate::engine::compiled::runtime::variants::{DEFAULT_CHUNK, Form};
+use crate::compiled::codegen::Shared;
+use crate::compiled::lower::layout::Kept;
+use crate::compiled::lower::layout::Wiring;
+use crate::compiled::runtime::tracing::Tracing;
+use crate::compiled::runtime::variants::{DEFAULT_CHUNK, Form};
 use feedback::Steps;
 use narrow::Looks;
 use on_demand::{Held, Keeps, Peeked};

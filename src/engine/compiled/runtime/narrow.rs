@@ -4,7 +4,7 @@
 //! is made when what is unknown has not become less for a while, and made anew when that is less after all: looks for it
 //! are twice as far from each other each time, so that they and the forms cost little of a long run.
 
-use crate::engine::compiled::runtime::{CompiledEngine, PATIENCE};
+use crate::compiled::runtime::{CompiledEngine, PATIENCE};
 
 /// The part of what a form takes to be unknown, as one in so many, for which a narrower form is made.
 const FEWER: usize = 8;

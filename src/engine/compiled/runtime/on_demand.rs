@@ -5,8 +5,8 @@ use std::cell::{OnceCell, RefCell};
 
 use crate::cell::memory::pin::{RD_ADDR, RD_ARST};
 use crate::cell::{CellKind, Memory, evaluate};
-use crate::engine::compiled::lower::layout::Wiring;
-use crate::engine::compiled::lower::part;
+use crate::compiled::lower::layout::Wiring;
+use crate::compiled::lower::part;
 use crate::netlist::{CellId, Driver, NetId, Netlist, Slice};
 use crate::value::Word;
 use crate::value::word::{copy, words};

@@ -1,10 +1,10 @@
 //! Waves: which form runs, chunks in order, edges and what is taken at them.
 
-use crate::engine::compiled::lower::layout::Part;
-use crate::engine::compiled::runtime::narrow::Looks;
-use crate::engine::compiled::runtime::variants::Form;
-use crate::engine::compiled::runtime::{CompiledEngine, STEPS_COMPILED, bit_of, codegen, feedback, half, set_bit};
-use crate::engine::{UnknownControl, Unsettled, endless};
+use crate::compiled::lower::layout::Part;
+use crate::compiled::runtime::narrow::Looks;
+use crate::compiled::runtime::variants::Form;
+use crate::compiled::runtime::{CompiledEngine, STEPS_COMPILED, bit_of, codegen, feedback, half, set_bit};
+use crate::{UnknownControl, Unsettled, endless};
 use crate::netlist::NetId;
 use crate::value::Word;
 

@@ -4,11 +4,11 @@
 //! next one belongs, and only if it is another than before does the next one go behind it. So there is no branch, and
 //! nothing is left to be compared. Waves that are made in chunks have their changes written down here.
 
-use crate::engine::compiled::codegen::trace::{END, RECORDS, ROOM, TIME, WAIT};
-use crate::engine::compiled::ir::stores::Half;
-use crate::engine::compiled::runtime::variants::Wanted;
-use crate::engine::compiled::runtime::{CompiledEngine, half};
-use crate::engine::{Field, Log};
+use crate::compiled::codegen::trace::{END, RECORDS, ROOM, TIME, WAIT};
+use crate::compiled::ir::stores::Half;
+use crate::compiled::runtime::variants::Wanted;
+use crate::compiled::runtime::{CompiledEngine, half};
+use crate::{Field, Log};
 use crate::value::Word;
 use crate::value::changes::{self, Written};
 use crate::value::word::words;

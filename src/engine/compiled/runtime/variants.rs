@@ -2,20 +2,20 @@
 
 use std::rc::Rc;
 
-use crate::engine::Field;
-use crate::engine::compiled::CompileError;
-use crate::engine::compiled::codegen::machine::{Circle, Machine};
-use crate::engine::compiled::codegen::trace;
-use crate::engine::compiled::codegen::{self, Shared, dirty_bit};
-use crate::engine::compiled::ir::graph::Map;
-use crate::engine::compiled::ir::plan::{Plan, Root};
-use crate::engine::compiled::ir::stores::Half;
-use crate::engine::compiled::lower::layout::{Kept, StatePlaces, Wiring};
-use crate::engine::compiled::lower::{Level, Lowered, lower};
-use crate::engine::compiled::passes::cycle::Period;
-use crate::engine::compiled::passes::edge::{Source, Tick, fuse};
-use crate::engine::compiled::passes::partition::partition;
-use crate::engine::compiled::runtime::{WARM, WARM_NODES};
+use crate::Field;
+use crate::compiled::CompileError;
+use crate::compiled::codegen::machine::{Circle, Machine};
+use crate::compiled::codegen::trace;
+use crate::compiled::codegen::{self, Shared, dirty_bit};
+use crate::compiled::ir::graph::Map;
+use crate::compiled::ir::plan::{Plan, Root};
+use crate::compiled::ir::stores::Half;
+use crate::compiled::lower::layout::{Kept, StatePlaces, Wiring};
+use crate::compiled::lower::{Level, Lowered, lower};
+use crate::compiled::passes::cycle::Period;
+use crate::compiled::passes::edge::{Source, Tick, fuse};
+use crate::compiled::passes::partition::partition;
+use crate::compiled::runtime::{WARM, WARM_NODES};
 use crate::netlist::Netlist;
 
 /// How many nodes go into a chunk.

@@ -1,5 +1,5 @@
 use super::*;
-use crate::engine::compiled::ir::interpreter::{Program, Random, run, seeds, values};
+use crate::compiled::ir::interpreter::{Program, Random, run, seeds, values};
 
 /// Two edges on the same state as one step: where nothing keeps the step from being taken, it leaves what the edges leave
 /// one after the other, and neither of them bails out, fails a guard, or changes what is observed.

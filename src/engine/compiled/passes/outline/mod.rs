@@ -4,10 +4,10 @@
 //! far is addressed from one base, which the code is given. State of parts that are alike lies in the same order, so there
 //! are few bases.
 
-use crate::engine::compiled::ir::graph::{Graph, Id, Map, Op};
-use crate::engine::compiled::ir::plan::{Chunk, Plan};
-use crate::engine::compiled::ir::stores::Put;
-use crate::engine::compiled::ir::stores::{Half, Store};
+use crate::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::compiled::ir::plan::{Chunk, Plan};
+use crate::compiled::ir::stores::Put;
+use crate::compiled::ir::stores::{Half, Store};
 
 /// Bases up to which a code is shared, and one more for constants: what a call hands over in registers.
 const BASES: usize = 5;

@@ -1,10 +1,10 @@
 use super::*;
-use crate::engine::compiled::codegen::{self, Shared};
-use crate::engine::compiled::ir::graph::Graph;
-use crate::engine::compiled::ir::interpreter::{Random, run};
-use crate::engine::compiled::ir::record::Record;
-use crate::engine::compiled::passes::edge::Tick;
-use crate::engine::compiled::passes::split::split;
+use crate::compiled::codegen::{self, Shared};
+use crate::compiled::ir::graph::Graph;
+use crate::compiled::ir::interpreter::{Random, run};
+use crate::compiled::ir::record::Record;
+use crate::compiled::passes::edge::Tick;
+use crate::compiled::passes::split::split;
 use crate::value::Word;
 
 /// Halves of state of each part, where they begin, and how far it is from one part to the next.

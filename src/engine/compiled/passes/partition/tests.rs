@@ -1,5 +1,5 @@
 use super::*;
-use crate::engine::compiled::ir::interpreter::{Program, Random, run_plan, seeds, values};
+use crate::compiled::ir::interpreter::{Program, Random, run_plan, seeds, values};
 
 fn root(node: Id, half: Half, shared: bool) -> Root {
     Root { node, half, observed: None, alarm: false, shared, group: None, again: false }

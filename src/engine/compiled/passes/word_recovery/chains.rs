@@ -7,8 +7,8 @@
 
 use std::hash::{Hash, Hasher};
 
-use crate::engine::compiled::ir::graph::{Graph, Id, Map, Op};
-use crate::engine::compiled::ir::stores::Half;
+use crate::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::compiled::ir::stores::Half;
 
 /// Gates that a carry passes in a stage.
 const DEPTH: u32 = 3;

@@ -2,8 +2,8 @@
 //! a word or not: the multiplexers over the words of a register file, of which adders and comparisons take single bits.
 
 use super::{Class, Lanes, Pack};
-use crate::engine::compiled::ir::graph::{Id, Map, Op};
-use crate::engine::compiled::passes::word_recovery::chains::bit_of;
+use crate::compiled::ir::graph::{Id, Map, Op};
+use crate::compiled::passes::word_recovery::chains::bit_of;
 
 /// Bits that make it worth looking at.
 const LEAST: usize = 4;

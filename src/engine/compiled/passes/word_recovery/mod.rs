@@ -8,9 +8,9 @@
 //!
 //! Operations that share a word depend on none of each other: they are of the same level, a chain being one node.
 
-use crate::engine::compiled::ir::graph::{Graph, Id, Map, Op};
-use crate::engine::compiled::ir::stores::Half;
-use crate::engine::compiled::ir::stores::Put;
+use crate::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::compiled::ir::stores::Half;
+use crate::compiled::ir::stores::Put;
 
 pub(crate) mod chains;
 mod gather;

@@ -3,11 +3,11 @@
 
 use std::hash::{Hash, Hasher};
 
-use crate::engine::compiled::ir::graph::{Graph, Id, Map, Op};
-use crate::engine::compiled::ir::stores::Half;
-use crate::engine::compiled::ir::stores::Put;
-use crate::engine::compiled::passes::word_recovery::Step;
-use crate::engine::compiled::passes::word_recovery::chains::lane_of;
+use crate::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::compiled::ir::stores::Half;
+use crate::compiled::ir::stores::Put;
+use crate::compiled::passes::word_recovery::Step;
+use crate::compiled::passes::word_recovery::chains::lane_of;
 
 /// Bits of a product up to which it is looked at.
 const MOST: usize = 40;

@@ -1,8 +1,8 @@
 //! What is packed: state that becomes something else, and the words in which its bits are to lie.
 
-use crate::engine::compiled::ir::graph::{Graph, Id, Map, Op};
-use crate::engine::compiled::ir::stores::Half;
-use crate::engine::compiled::ir::stores::Put;
+use crate::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::compiled::ir::stores::Half;
+use crate::compiled::ir::stores::Put;
 
 /// A word of memory that has single bits of state in its lanes while packed code runs.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -1,5 +1,5 @@
 use super::*;
-use crate::engine::compiled::ir::interpreter::{Program, Random, seeds, values};
+use crate::compiled::ir::interpreter::{Program, Random, seeds, values};
 
 /// A carry of two bits and one, in one of the ways in which people and tools write it.
 fn carry(r: &mut Random, g: &mut Graph, way: usize, a: Id, b: Id, c: Id) -> Id {

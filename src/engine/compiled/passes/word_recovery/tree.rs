@@ -1,7 +1,7 @@
 //! Trees of ANDs and ORs: those of their bits that lie in one word are compared with what they have to be, all at once.
 
 use super::{Class, LEAST, Pack};
-use crate::engine::compiled::ir::graph::{Id, Op};
+use crate::compiled::ir::graph::{Id, Op};
 
 impl Pack<'_> {
     /// A tree of ANDs, or by inversion of ORs: bits that lie in one word are compared together.
