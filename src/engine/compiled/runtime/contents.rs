@@ -3,10 +3,10 @@
 use crate::cell::memory::{ReadControls, Written, merged};
 use crate::cell::{CellKind, Memory};
 use crate::compiled::runtime::{CompiledEngine, half};
-use crate::{Engine, EventEngine};
 use crate::netlist::{CellId, Netlist};
 use crate::value::Word;
 use crate::value::word::{extract, words};
+use crate::{Engine, EventEngine};
 
 use crate::compiled::lower::layout::{Part, Stored};
 

@@ -16,10 +16,10 @@ use crate::cell::{CellKind, Clock};
 use crate::compiled::CompileError;
 use crate::compiled::codegen;
 use crate::compiled::lower::{layout, support};
-use crate::{Engine, EventEngine, Log, UnknownControl, Unsettled};
 use crate::netlist::{NetId, Netlist};
 use crate::value::Word;
 use crate::value::word::words;
+use crate::{Engine, EventEngine, Log, UnknownControl, Unsettled};
 
 use crate::compiled::codegen::Shared;
 use crate::compiled::lower::layout::Kept;

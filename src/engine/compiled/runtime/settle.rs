@@ -4,9 +4,9 @@ use crate::compiled::lower::layout::Part;
 use crate::compiled::runtime::narrow::Looks;
 use crate::compiled::runtime::variants::Form;
 use crate::compiled::runtime::{CompiledEngine, STEPS_COMPILED, bit_of, codegen, feedback, half, set_bit};
-use crate::{UnknownControl, Unsettled, endless};
 use crate::netlist::NetId;
 use crate::value::Word;
+use crate::{UnknownControl, Unsettled, endless};
 
 impl CompiledEngine<'_> {
     /// The number of a form in which these slots of state may be unknown, or all.

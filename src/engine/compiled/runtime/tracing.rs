@@ -8,10 +8,10 @@ use crate::compiled::codegen::trace::{END, RECORDS, ROOM, TIME, WAIT};
 use crate::compiled::ir::stores::Half;
 use crate::compiled::runtime::variants::Wanted;
 use crate::compiled::runtime::{CompiledEngine, half};
-use crate::{Field, Log};
 use crate::value::Word;
 use crate::value::changes::{self, Written};
 use crate::value::word::words;
+use crate::{Field, Log};
 
 /// Words with which the log counts as long.
 const LONG: usize = ROOM / 2;
