@@ -7,7 +7,7 @@ use std::{error, fmt};
 
 use super::model::{Model, What};
 use super::plan::Plan;
-use crate::circuit::Circuit;
+use crate::elaborate::Circuit;
 use crate::interpolate::request::{arc, line, line_3d};
 use crate::interpolate::{
     ArcInput, ArcPath, InputError, Interpolator, Line3dInput, LineInput, Method, Options, Packing, Quadrants, Request,

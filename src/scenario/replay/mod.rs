@@ -17,7 +17,6 @@ use crate::json::Spanned;
 use crate::netlist::{Bit, Direction, NetId, Netlist, Signal, SignalId};
 use crate::syntax::scenario::Simulation;
 use crate::syntax::stimulus::WaveStimulus;
-use crate::Timescale;
 use crate::value::Word;
 use crate::value::word::words;
 use crate::wave::play::Tracks;
