@@ -37,6 +37,9 @@ struct Options {
     /// The first netlist; each has the number of the one before it and one more
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// What the netlists are of: all kinds of cells, or storage in a tangle of asynchronous controls and clocks
+    #[arg(long, value_enum, default_value = "mixed")]
+    shape: Shape,
     /// No netlist but the first
     #[arg(long)]
     only: bool,
@@ -48,6 +51,18 @@ struct Options {
     folder: std::path::PathBuf,
 }
 
+#[derive(Clone, Copy, PartialEq, Eq, Debug, clap::ValueEnum)]
+enum Shape {
+    Mixed,
+    Tangled,
+}
+
+impl std::fmt::Display for Shape {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(if *self == Shape::Mixed { "mixed" } else { "tangled" })
+    }
+}
+
 /// A netlist and what its inputs are set to, tick by tick.
 #[derive(Clone)]
 struct Case {
@@ -57,9 +72,13 @@ struct Case {
 }
 
 impl Case {
-    fn new(seed: u64) -> Case {
+    fn new(seed: u64, shape: Shape) -> Case {
         let mut rng = Rng::new(seed);
-        let design = if seed.is_multiple_of(3) { Design::new(&mut rng) } else { Design::ordered(&mut rng) };
+        let design = match shape {
+            Shape::Mixed if seed.is_multiple_of(3) => Design::new(&mut rng),
+            Shape::Mixed => Design::ordered(&mut rng),
+            Shape::Tangled => Design::tangled(&mut rng),
+        };
         // how often a bit is x or z, and whether that stops after a while
         let mut unknown = *rng.pick(&[u64::MAX, 200, 20, 6]);
         let end = rng.one_in(2).then_some(20);
@@ -182,13 +201,17 @@ fn main() -> std::io::Result<()> {
     let count = if options.only { 1 } else { options.count.unwrap_or(u64::MAX) };
     for n in 0..count {
         let seed = options.seed + n;
-        let case = Case::new(seed);
+        let case = Case::new(seed, options.shape);
         if let Some(told) = case.differs() {
             println!("seed {seed} differs; {told}\nmaking it smaller …");
             let (case, told) = case.shrunk(told);
             let cells = case.design.cells.iter().filter(|c| !matches!(c.kind, CellKind::Constant(_))).count();
             println!("{cells} cells, {} changes are left; {told}\n", case.stimulus.len());
-            println!("{}\n\ncargo run --example fuzz -- --seed {seed} --only", case.write(&options.folder)?);
+            println!(
+                "{}\n\ncargo run --example fuzz -- --shape {} --seed {seed} --only",
+                case.write(&options.folder)?,
+                options.shape
+            );
             std::process::exit(1);
         }
         if last.elapsed() > Duration::from_secs(2) || n + 1 == count {

@@ -7,12 +7,41 @@ use crate::value::Word;
 pub(super) const STEPS: usize = 1_000_000;
 /// Rounds of clock edges within one wave after which it counts as endless.
 pub(super) const ROUNDS: usize = STEPS + 8;
-/// Rounds in which the nets that clocked cells keep changing are looked for.
-pub(super) const SHOWN_ROUNDS: usize = 64;
+/// Rounds after which it is looked whether the state comes back to what it was: no honest circuit has so many.
+pub(super) const HONEST_ROUNDS: usize = 1024;
+/// The most rounds in which the nets that clocked cells keep changing are looked for.
+pub(super) const SHOWN_ROUNDS: usize = 4096;
 /// Steps that an x has to get round an endless group.
 pub(super) const SPREADING: usize = 64;
 /// Steps in which the bits of an endless group that keep changing are looked for.
 const SHOWN_STEPS: usize = 4096;
+
+/// Looks for a state that has been there before, by Brent's algorithm: the state of a round that is a power of two is kept
+/// and compared with those after it.
+#[derive(Debug)]
+pub(super) struct Return<T> {
+    kept: Option<T>,
+    round: usize,
+    next: usize,
+}
+
+impl<T> Return<T> {
+    pub fn new() -> Return<T> {
+        Return { kept: None, round: 0, next: 1 }
+    }
+
+    /// Whether the present state, made by `now`, is one that was kept before; `is` compares it.
+    pub fn has(&mut self, is: impl FnOnce(&T) -> bool, now: impl FnOnce() -> T) -> bool {
+        if self.kept.as_ref().is_some_and(is) {
+            return true;
+        }
+        self.round += 1;
+        if self.round == self.next {
+            (self.kept, self.next) = (Some(now()), 2 * self.next);
+        }
+        false
+    }
+}
 
 /// The bits that change while a group goes round once more; `step` makes a step and gives its words after it.
 pub(super) fn changing(start: &[Word], mut step: impl FnMut() -> Vec<Word>) -> Vec<u64> {

@@ -206,6 +206,66 @@ impl Design {
         design
     }
 
+    /// Storage of all kinds whose asynchronous controls and clocks are each other's outputs, their own, or the same input:
+    /// feedback through controls, and edges that coincide.
+    pub fn tangled(rng: &mut Rng) -> Design {
+        use CellKind as K;
+        let mut signals: Vec<(String, u32)> = ["clk0", "clk1", "clk2", "s", "r"].map(|n| (n.into(), 1)).into();
+        signals.extend([("a".to_string(), 4), ("w".to_string(), 70)]);
+        let inputs = signals.len();
+        let wide = rng.one_in(3);
+        let mut cells = Vec::new();
+        for i in 0..1 + rng.below(8) {
+            let width = if wide { *rng.pick(&[1, 2, 63, 64, 65, 70]) } else { *rng.pick(&[1, 1, 1, 2, 4]) };
+            let state = flop(rng, width);
+            let init = if rng.one_in(2) { Value::unknown(1) } else { rng.known(1) };
+            let gate = *rng.pick(&[GateOp::And, GateOp::Or, GateOp::Xor, GateOp::Nand, GateOp::Nor]);
+            let kind = match rng.below(16) {
+                0..=4 => K::Flop(Box::new(state)),
+                5 | 6 => K::EdgeFlop(Box::new(state)),
+                7 => K::Latch(Box::new(state)),
+                8 => K::Sr { set_dominates: rng.one_in(2), init },
+                9 | 10 => K::Counter(Box::new(Counter {
+                    edge: state.edge,
+                    step: if rng.one_in(2) { Value::from_u64(1, width) } else { rng.known(width) },
+                    init: state.init,
+                })),
+                11 => K::Accumulator(Box::new(Accumulator { edge: state.edge, init: state.init })),
+                12 => K::Gate { op: GateOp::Not, width: 1, inputs: 1 },
+                13 if i == 0 => K::Clock(Clock { period: 6, high: 3, phase: rng.below(3) }),
+                _ => K::Gate { op: gate, width: 1, inputs: 2 },
+            };
+            let mut outputs = Vec::new();
+            for (pin, name) in kind.outputs().iter().enumerate() {
+                outputs.push(signals.len());
+                signals.push((format!("n{i}_{name}"), kind.output_width(pin)));
+            }
+            cells.push(Cell { kind, inputs: vec![], outputs });
+        }
+        let mut design = Design { signals, inputs, cells, ordered: false, laid_out: false };
+        for c in 0..design.cells.len() {
+            let Cell { kind, outputs, .. } = design.cells[c].clone();
+            for (pin, spec) in kind.inputs().iter().enumerate() {
+                let optional = kind.init().is_some() && !matches!(spec.name, "clk" | "d" | "s" | "r");
+                let optional = optional && !(matches!(kind, K::Latch(_)) && spec.name == "en");
+                let operand = match kind.input_width(pin) {
+                    _ if optional && rng.one_in(2) => vec![],
+                    1 => {
+                        let signal = match rng.below(6) {
+                            0 if kind.init().is_some() => *rng.pick(&outputs),
+                            0..=2 => rng.below(design.signals.len() as u64) as usize,
+                            _ => rng.below(5) as usize,
+                        };
+                        vec![(signal, rng.below(u64::from(design.signals[signal].1)) as u32, 1)]
+                    }
+                    width => design.operand(rng, width, design.signals.len()),
+                };
+                design.cells[c].inputs.push(operand);
+            }
+        }
+        design
+    }
+
     /// The same several times over, on the same inputs, with other values in the registers and other constants. At times
     /// one reads a register of another, or is not quite as they are.
     pub fn repeated(&self, rng: &mut Rng, times: usize) -> Design {

@@ -15,8 +15,6 @@ pub(super) struct Watched {
     pub pending: bool,
     /// The bit when edges were last looked for.
     old: Vec<Four>,
-    /// The lanes in which it has had a known value.
-    seen: Vec<Chunk>,
 }
 
 impl Watched {
@@ -40,6 +38,8 @@ pub(super) struct State {
     is_triggered: Vec<bool>,
     /// Lanes that run; the others see no edges.
     pub active: Vec<Chunk>,
+    /// Lanes that have not settled yet: what their bits become until then is no edge.
+    first: Vec<Chunk>,
     /// Lanes that did not settle.
     pub unsettled: Vec<Chunk>,
     /// Lanes whose feedback is held, those that run no more among them; and whether there may be any.
@@ -65,13 +65,14 @@ impl State {
             dirty: vec![0; p.ops.len().div_ceil(64)],
             lowest: 0,
             watched: (0..p.watches.len())
-                .map(|_| Watched { pending: false, old: vec![Four::default(); chunks], seen: scratch() })
+                .map(|_| Watched { pending: false, old: vec![Four::default(); chunks] })
                 .collect(),
             pending: Vec::new(),
             triggers: vec![scratch(); p.stores.len()],
             triggered: Vec::new(),
             is_triggered: vec![false; p.stores.len()],
             active: scratch(),
+            first: scratch(),
             unsettled: scratch(),
             frozen: scratch(),
             freezes: false,
@@ -106,11 +107,9 @@ impl State {
             let first = p.initial[watch.bit as usize];
             let acts = watch.level && first.is_one();
             let old = Four::splat(if acts { Word::x(1) } else { first });
-            let seen = Chunk::splat(watch.level || first.is_known());
             let watched = &mut self.watched[number];
             for (c, &lanes) in lanes.iter().enumerate() {
                 watched.old[c] = watched.old[c].within(!lanes).join(old.within(lanes));
-                watched.seen[c] = (watched.seen[c] & !lanes) | (seen & lanes);
             }
             if acts && !std::mem::replace(&mut watched.pending, true) {
                 self.pending.push(number as u32);
@@ -118,6 +117,7 @@ impl State {
         }
         for (c, &lanes) in lanes.iter().enumerate() {
             self.active[c] |= lanes;
+            self.first[c] |= lanes;
             self.unsettled[c] = self.unsettled[c] & !lanes;
             self.frozen[c] = self.frozen[c] & !lanes;
         }
@@ -140,6 +140,7 @@ impl State {
         for _ in 0..PATIENCE {
             self.combinational(p);
             if self.pending.is_empty() {
+                self.first.fill(Chunk::ZERO);
                 return;
             }
             self.edges(p);
@@ -154,6 +155,7 @@ impl State {
         }
         self.triggered.clear();
         self.is_triggered.fill(false);
+        self.first.fill(Chunk::ZERO);
         self.give_up(&late);
     }
 
@@ -270,10 +272,14 @@ impl State {
                 let (raw, old) = (plane.get(c), watched.old[c].read());
                 watched.old[c] = raw;
                 let new = raw.read();
-                let moved = ((old.v ^ new.v) | (old.u ^ new.u)) & watched.seen[c] & self.active[c];
-                watched.seen[c] |= !new.u;
+                let first = self.first[c] & self.active[c];
+                let moved = ((old.v ^ new.v) | (old.u ^ new.u)) & self.active[c] & !first;
                 rising[c] = moved & (old.zeros() | new.ones());
-                falling[c] = moved & !rising[c];
+                if watch.level {
+                    // such a control acts if it is active from the start
+                    rising[c] |= first & new.ones() & !old.ones();
+                }
+                falling[c] = moved & !(old.zeros() | new.ones());
                 unknown[c] = moved & old.zeros() & new.u;
                 rose |= rising[c];
                 fell |= falling[c];

@@ -19,8 +19,6 @@ pub(super) struct Watch {
     pub old: Word,
     /// Whether it is listed among the pending.
     pub pending: bool,
-    /// Whether it has had a known value.
-    pub seen: bool,
 }
 
 #[derive(Debug)]
@@ -32,6 +30,8 @@ pub(super) struct State {
     pub dirty: Vec<u64>,
     pub summary: Vec<u64>,
     pub watches: Vec<Watch>,
+    /// Whether the circuit has not settled yet: what nets become until then is no edge.
+    pub first: bool,
     /// Clock pins whose slot has changed since edges were last looked for.
     pub pending: Vec<u32>,
     /// Values that wait until all of a step have been computed.
@@ -69,8 +69,7 @@ impl State {
         let watches = p.clocks.iter().map(|c| {
             let first = bit(c.slot, c.shift);
             let acts = c.level && first.is_one();
-            let old = if acts { Word::x(1) } else { first };
-            Watch { old, pending: acts, seen: c.level || first.is_known() }
+            Watch { old: if acts { Word::x(1) } else { first }, pending: acts }
         });
         let watches: Vec<Watch> = watches.collect();
         let pending = (0..watches.len() as u32).filter(|&i| watches[i as usize].pending).collect();
@@ -80,6 +79,7 @@ impl State {
             dirty,
             summary,
             watches,
+            first: true,
             pending,
             staged: Vec::with_capacity(p.stores.len() + p.ops.len().min(1 << 16)),
             changes: Vec::with_capacity(64),

@@ -219,6 +219,11 @@ impl Memories {
         &self.contents[number]
     }
 
+    /// Whether any contents are to change.
+    pub fn writes(&self) -> bool {
+        !self.puts.is_empty()
+    }
+
     /// Whether anything was staged.
     #[inline(always)]
     pub fn is_waiting(&self) -> bool {

@@ -34,8 +34,6 @@ use queue::Queue;
 /// What another engine has to know beside the values of nets to go on from here.
 #[cfg(feature = "compiled")]
 pub(super) struct Handover {
-    /// Clock pins, as net, bit and whether it is a control that acts, with whether they have had a known value.
-    pub seen: Vec<(NetId, u32, bool, bool)>,
     /// For each control pin, in order, whether it has been known, and for each cell whether it has been reported.
     pub control_seen: Vec<bool>,
     pub reported: Vec<bool>,
@@ -115,18 +113,8 @@ impl EventEngine {
     #[cfg(feature = "compiled")]
     pub(super) fn hand_over(&self) -> Handover {
         let net = |slot: u32| NetId(self.program.slot_net[slot as usize]);
-        let bit = |slot: u32, shift: u8| {
-            let net = net(slot);
-            (net, (slot - self.program.net_slot[net.index()]) * 64 + u32::from(shift))
-        };
-        let pins = self.program.clocks.iter().zip(&self.state.watches);
-        let seen = pins.map(|(pin, watch)| {
-            let (net, lo) = bit(pin.slot, pin.shift);
-            (net, lo, pin.level, watch.seen)
-        });
         let clocks = self.queue.sources().map(|(slot, clock, high, next)| (net(slot), clock, high, next));
         Handover {
-            seen: seen.collect(),
             control_seen: self.state.control_seen.clone(),
             reported: self.state.reported.clone(),
             clocks: clocks.collect(),

@@ -15,20 +15,27 @@ pub(super) struct Oscillation {
     pub clocked: bool,
 }
 
+/// The state, what is to become of it, and of parts of it.
+type Sampled = (Vec<Word>, Vec<(u32, Word)>, Vec<(u32, u64, Word)>);
+
 /// Steps of a feedback group before cycles are looked for. Honest feedback settles in about as many as the loop is long.
 const PATIENCE: usize = 64;
 
 impl State {
     pub fn settle(&mut self, p: &Program) -> Result<(), Oscillation> {
         let mut rounds = 0;
+        let mut back = endless::Return::new();
         loop {
             self.combinational(p)?;
             if self.pending.is_empty() {
+                self.first = false;
                 return Ok(());
             }
             self.edges(p);
             rounds += 1;
-            if rounds >= endless::ROUNDS {
+            if rounds > endless::HONEST_ROUNDS
+                && (rounds >= endless::ROUNDS || back.has(|kept| self.is_sampled(kept), || self.sampled()))
+            {
                 return Err(self.clock_oscillation(p));
             }
             self.take(p);
@@ -156,9 +163,20 @@ impl State {
         Oscillation { slots, clocked: false }
     }
 
-    /// The slots that clocked cells keep changing.
+    /// All that decides how a wave goes on once the cells have sampled.
+    fn sampled(&self) -> Sampled {
+        (self.slots.clone(), self.staged.clone(), self.memories.parts.clone())
+    }
+
+    /// Whether it is this. Contents of memories that have changed since make it another: a slot counts their changes.
+    fn is_sampled(&self, (slots, staged, parts): &Sampled) -> bool {
+        self.slots == *slots && self.staged == *staged && self.memories.parts == *parts && !self.memories.writes()
+    }
+
+    /// The slots that clocked cells keep changing, until all is as it was.
     fn clock_oscillation(&mut self, p: &Program) -> Oscillation {
         let mut slots = Vec::new();
+        let start = self.sampled();
         for _ in 0..endless::SHOWN_ROUNDS {
             slots.extend(self.staged.iter().filter(|(slot, new)| self.slots[*slot as usize] != *new).map(|s| s.0));
             let read = self.memories.parts.iter();
@@ -170,6 +188,9 @@ impl State {
                 break;
             }
             self.edges(p);
+            if self.is_sampled(&start) {
+                break;
+            }
         }
         slots.sort_unstable();
         slots.dedup();
@@ -187,8 +208,13 @@ impl State {
             watch.pending = false;
             let old = std::mem::replace(&mut watch.old, new).read();
             let new = new.read();
-            if !watch.seen {
-                watch.seen = new.u == 0;
+            if self.first {
+                // nothing has been there before it; a control that acts when it becomes active does if it is from the start
+                if pin.level && !old.is_one() && new.is_one() {
+                    for &store in &pin.rising {
+                        self.sample(p, store);
+                    }
+                }
                 continue;
             }
             let list = if old == new {

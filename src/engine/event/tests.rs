@@ -134,6 +134,63 @@ fn the_first_value_is_no_edge_and_later_unknowns_are() {
     assert_eq!(t.get("q"), "0", "0 to z rises");
 }
 
+/// IEEE 1364-2005, 9.7.2: x to 1 is a rising edge, of an uninitialised divider and of an input that had no value alike.
+#[test]
+fn after_the_first_settling_every_change_from_x_is_an_edge() {
+    // `div` takes `d` at each edge of `clk`; each `count` counts the edges of one kind of one net
+    let mut b = Builder::new("top");
+    let (clk, d, late) = (b.input("clk", 1), b.input("d", 1), b.input("late", 1));
+    let div = b.output("div", 1);
+    b.dff("divider", &clk, &d, &div);
+    let top = b.top();
+    for (net, name) in [(&div, "div"), (&late, "late")] {
+        for edge in [Edge::Rising, Edge::Falling] {
+            let q = b.output(&format!("{name}_{edge:?}"), 4);
+            let counter = Counter { edge, step: Value::from_u64(1, 4), init: Value::from_u64(0, 4) };
+            let pins = vec![net.clone(), Bus::default(), Bus::default(), Bus::default()];
+            b.cell(top, &format!("c_{name}_{edge:?}"), CellKind::Counter(Box::new(counter)), pins, vec![q]);
+        }
+    }
+    let mut t = Bench::new(b);
+    let counts = |t: &Bench| ["div_Rising", "div_Falling", "late_Rising", "late_Falling"].map(|n| t.get(n)).join(" ");
+    t.set("clk", "0").set("d", "1").settle();
+    assert_eq!(counts(&t), "0000 0000 0000 0000");
+    t.set("clk", "1").set("late", "0").settle();
+    assert_eq!(counts(&t), "0001 0000 0000 0001");
+    t.set("clk", "0").set("d", "0").set("late", "z").settle();
+    assert_eq!(counts(&t), "0001 0000 0001 0001");
+    t.set("clk", "1").set("late", "x").settle();
+    assert_eq!(counts(&t), "0001 0001 0001 0001", "z to x is no edge");
+}
+
+#[test]
+fn what_is_clocked_by_what_first_settles_holds() {
+    // a falling clock that is low, a rising one that is high, and a state that clocks others, from the start
+    let mut b = Builder::new("top");
+    let (low, high) = (b.input("low", 1), b.input("high", 1));
+    let top = b.top();
+    let inverted = b.not("inv", &low);
+    let state = b.net("state", 1);
+    b.cell(top, "set", flop(1, Edge::Rising, "1"), vec![low.clone(), state.clone()], vec![state.clone()]);
+    for (name, clock, edge) in [
+        ("low", &low, Edge::Falling),
+        ("high", &high, Edge::Rising),
+        ("inv", &inverted, Edge::Rising),
+        ("state", &state, Edge::Rising),
+    ] {
+        let q = b.output(&format!("q_{name}"), 1);
+        let not_q = b.not("n", &q);
+        b.cell(top, &format!("f_{name}"), flop(1, edge, "0"), vec![clock.clone(), not_q], vec![q]);
+    }
+    let mut t = Bench::new(b);
+    t.set("low", "0").set("high", "1").settle();
+    for name in ["q_low", "q_high", "q_inv", "q_state"] {
+        assert_eq!(t.get(name), "0", "{name}");
+    }
+    t.set("low", "1").settle().set("low", "0").settle();
+    assert_eq!([t.get("q_low"), t.get("q_inv"), t.get("q_high"), t.get("q_state")].join(""), "1100");
+}
+
 #[test]
 fn reset_dominates_set_dominates_the_clock() {
     let mut b = Builder::new("top");

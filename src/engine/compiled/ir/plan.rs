@@ -18,6 +18,9 @@ pub(crate) struct Root {
     pub group: Option<u32>,
     /// Whether its chunk is to run again while it is not 0.
     pub again: bool,
+    /// Whether it is state, which edges change too: then it is to become this again, even where the node, as folded, does
+    /// not read the state.
+    pub state: bool,
 }
 
 /// Nodes that are computed together, in order, and what they store.

@@ -11,7 +11,7 @@ use crate::compiled::ir::graph::{Graph, Id, Map, Op};
 use crate::compiled::ir::plan::Chunk;
 use crate::compiled::ir::record::{Record, Traced};
 use crate::compiled::ir::stores::Put;
-use crate::compiled::ir::stores::Store;
+use crate::compiled::ir::stores::{Half, Store};
 use crate::compiled::lower::Lowered;
 use crate::compiled::lower::four::{Bits, Two};
 use crate::compiled::lower::layout::Kept;
@@ -60,6 +60,10 @@ struct Fuse<'s> {
     memo: Vec<Id>,
     /// Nodes that may have changed in the present round.
     affected: Vec<bool>,
+    /// The nodes that load state.
+    loads: Map<Half, Id>,
+    /// State that controls and loops have changed in the last round.
+    moved: Vec<u32>,
     /// Nodes that are to be 0.
     aborts: Vec<Id>,
 }
@@ -75,8 +79,15 @@ pub(crate) fn fuse(source: &Source<'_>) -> Option<Tick> {
         alarms: Map::default(),
         memo: vec![Id::NONE; n],
         affected: vec![false; n],
+        loads: Map::default(),
+        moved: Vec::new(),
         aborts: Vec::new(),
     };
+    for node in source.lowered.graph.ids() {
+        if let Op::Load(half) = source.lowered.graph.op(node) {
+            f.loads.insert(half, node);
+        }
+    }
     f.run()
 }
 
@@ -98,9 +109,8 @@ impl Fuse<'_> {
         self.state.insert(input, after);
         let mut changed = vec![input];
         for _ in 0..ROUNDS {
-            self.spread(&changed);
+            self.forget(&changed);
             ever.iter_mut().zip(&self.affected).for_each(|(e, a)| *e |= a);
-            self.forget();
             self.settle(&ever);
             let mut touched: Vec<usize> =
                 (0..wiring.pins.len()).filter(|&i| self.touches(wiring.pins[i].bit)).collect();
@@ -317,27 +327,37 @@ impl Fuse<'_> {
         self.out.bits(v, bit.lo % 64, 1)
     }
 
-    /// Marks what depends on some slots of state.
-    fn spread(&mut self, changed: &[u32]) {
+    /// The nodes that depend on some slots of state.
+    fn spread(&self, changed: &[u32]) -> Vec<bool> {
         let graph = &self.s.lowered.graph;
         let first = self.s.wiring.leaves.start;
         let mut is_changed = vec![false; self.s.wiring.leaves.len()];
         let (state, contents): (Vec<u32>, Vec<u32>) =
             changed.iter().partition(|slot| self.s.wiring.leaves.contains(slot));
         state.iter().for_each(|&slot| is_changed[(slot - first) as usize] = true);
+        let mut affected = vec![false; graph.len()];
         for node in graph.ids() {
-            let is = match graph.op(node) {
+            affected[node.index()] = match graph.op(node) {
                 Op::Const(_) => false,
                 Op::Load(half) => is_changed[(half / 2 - first) as usize],
-                Op::Element { slot, index, .. } => contents.contains(&slot) || self.affected[index.index()],
-                op => op.operands().any(|o| self.affected[o.index()]),
+                Op::Element { slot, index, .. } => contents.contains(&slot) || affected[index.index()],
+                op => op.operands().any(|o| affected[o.index()]),
             };
-            self.affected[node.index()] = is;
         }
+        affected
     }
 
-    fn forget(&mut self) {
-        self.memo.iter_mut().zip(&self.affected).filter(|(_, a)| **a).for_each(|(m, _)| *m = Id::NONE);
+    /// Begins a round in which some slots of state have changed.
+    fn forget(&mut self, changed: &[u32]) {
+        self.affected = self.spread(changed);
+        let mut forgotten = self.affected.clone();
+        // What controls and loops have made of the state changes no net any more: it has settled. But what has been
+        // computed on the way is of the state before that, and is not to be mixed with what is computed from now on.
+        if !self.moved.is_empty() {
+            let moved = std::mem::take(&mut self.moved);
+            forgotten.iter_mut().zip(self.spread(&moved)).for_each(|(f, m)| *f |= m);
+        }
+        self.memo.iter_mut().zip(forgotten).filter(|(_, f)| *f).for_each(|(m, _)| *m = Id::NONE);
     }
 
     /// Takes state whose controls have not changed as it stands.
@@ -375,19 +395,28 @@ impl Fuse<'_> {
                 }
             }
         }
+        let mut settled = Vec::new();
         for level in &self.s.lowered.levels {
             if !level.needs.iter().any(|&n| self.affected[n.index()]) {
                 continue;
             }
             for (slot, two) in (level.slot..).zip(&level.value) {
-                let new = Two { v: self.map(two.v), u: self.map(two.u) };
-                let new = self.known(slot, new);
-                self.state.insert(slot, new);
+                // all of it is of the state before
+                let old = [2 * slot, 2 * slot + 1].map(|half| self.loads.get(&half).copied());
+                let old = old.map(|node| node.map(|node| self.map(node)));
+                settled.push((slot, Two { v: self.map(two.v), u: self.map(two.u) }, old));
             }
             if let Some(group) = level.group {
                 let unsettled = self.map(self.s.lowered.unsettled[group as usize]);
                 self.abort_if(unsettled);
             }
+        }
+        for (slot, new, old) in settled {
+            if old[0].is_some_and(|old| old != new.v) || old[1].is_some_and(|old| old != new.u) {
+                self.moved.push(slot);
+            }
+            let new = self.known(slot, new);
+            self.state.insert(slot, new);
         }
     }
 

@@ -74,7 +74,8 @@ pub(crate) fn partition(
             w.plan.chunks.push(Chunk::default());
         }
         for root in roots {
-            if let Some(n) = graph.value(root.node) {
+            // what a loop holds is no constant: an edge may put something else there, which its other cells see for a step
+            if let Some(n) = graph.value(root.node).filter(|_| root.group.is_none()) {
                 w.plan.constants.push((*root, n));
                 continue;
             }
@@ -117,6 +118,9 @@ pub(crate) fn partition(
     }
     for (chunk, root) in &placed {
         used(root.node, *chunk, &mut plan.readers);
+        if root.state {
+            plan.readers.entry(root.half / 2).or_default().push(*chunk);
+        }
     }
     for list in uses.values_mut().chain(plan.readers.values_mut()) {
         list.sort_unstable();

@@ -17,7 +17,7 @@ impl CompiledEngine<'_> {
             return None;
         }
         let form = &mut self.forms[number];
-        if form.waves < form.warm || !form.doubtful.is_empty() || self.watches.iter().any(|w| !w.seen) {
+        if form.waves < form.warm || !form.doubtful.is_empty() || self.first {
             return None;
         }
         // where some state is unknown, that may become less
@@ -66,7 +66,7 @@ impl CompiledEngine<'_> {
         self.memory[slot as usize] = Word::known(level.into());
         self.stale = true;
         for (watch, &(slot, shift)) in self.watches.iter_mut().zip(&self.pin_places) {
-            watch.old = bit_of(self.memory[slot as usize], shift);
+            *watch = bit_of(self.memory[slot as usize], shift);
         }
         if observed.is_some() {
             self.list_change(net);

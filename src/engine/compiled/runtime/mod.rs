@@ -10,8 +10,6 @@ mod settle;
 pub(crate) mod tracing;
 pub(crate) mod variants;
 
-use std::collections::HashMap;
-
 use crate::cell::{CellKind, Clock};
 use crate::compiled::CompileError;
 use crate::compiled::codegen;
@@ -69,7 +67,10 @@ pub struct CompiledEngine<'n> {
     /// Something has been written since the last wave.
     touched: bool,
     chunk: usize,
-    watches: Vec<Watch>,
+    /// Each clock pin when edges were last looked for.
+    watches: Vec<Word>,
+    /// Whether the circuit has not settled yet: what nets become until then is no edge.
+    first: bool,
     /// Slot and shift of each clock pin and of each control bit.
     pin_places: Vec<(u32, u32)>,
     control_places: Vec<(u32, u32)>,
@@ -94,14 +95,6 @@ pub struct CompiledEngine<'n> {
     patience: u64,
     looks: Looks,
     report: EngineReport,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Watch {
-    /// The bit when edges were last looked for.
-    old: Word,
-    /// Whether it has had a known value.
-    seen: bool,
 }
 
 #[derive(Debug)]
@@ -143,11 +136,8 @@ impl<'n> CompiledEngine<'n> {
             let w = layout::initial(netlist, b.net)[b.lo as usize / 64];
             bit_of(w, b.lo % 64)
         };
-        let watch = |p: &layout::ClockPin| {
-            let first = bit(p.bit);
-            let old = if p.level && first.is_one() { Word::x(1) } else { first };
-            Watch { old, seen: p.level || first.is_known() }
-        };
+        // a control that acts when it becomes active does if it is from the start
+        let watch = |p: &layout::ClockPin| Some(bit(p.bit)).filter(|_| !p.level).unwrap_or(Word::x(1));
         let watches = wiring.pins.iter().map(watch).collect();
         let control_seen = wiring.controls.iter().map(|c| bit(c.0).is_known()).collect();
         let mut engine = CompiledEngine {
@@ -168,6 +158,7 @@ impl<'n> CompiledEngine<'n> {
             touched: true,
             chunk,
             watches,
+            first: true,
             pin_places: Vec::new(),
             control_places: Vec::new(),
             control_seen,
@@ -219,12 +210,10 @@ impl<'n> CompiledEngine<'n> {
         engine.take_contents(from);
         engine.now = from.now();
         engine.started = true;
-        let seen: HashMap<(NetId, u32, bool), bool> =
-            given.seen.iter().map(|&(net, lo, level, seen)| ((net, lo, level), seen)).collect();
+        engine.first = false;
         for (pin, watch) in engine.wiring.pins.iter().zip(&mut engine.watches) {
             let word = from.read(pin.bit.net)[pin.bit.lo as usize / 64];
-            let seen = seen.get(&(pin.bit.net, pin.bit.lo, pin.level)).copied().unwrap_or(watch.seen);
-            *watch = Watch { old: bit_of(word, pin.bit.lo % 64), seen };
+            *watch = bit_of(word, pin.bit.lo % 64);
         }
         for (control, (_, pins)) in engine.control_seen.iter_mut().zip(&engine.wiring.controls) {
             *control = given.control_seen[pins[0] as usize];

@@ -8,6 +8,9 @@ use crate::netlist::NetId;
 use crate::value::Word;
 use crate::{UnknownControl, Unsettled, endless};
 
+/// Runs of the chunk of a loop that never settles.
+const ENDLESS: u32 = u32::MAX;
+
 impl CompiledEngine<'_> {
     /// The number of a form in which these slots of state may be unknown, or all.
     pub(crate) fn form(&mut self, unknown: Option<Vec<u32>>) -> usize {
@@ -92,6 +95,11 @@ impl CompiledEngine<'_> {
                 }
                 if let (false, Some(group)) = (self.wiring.loops.is_empty(), form.groups[number]) {
                     let runs = &mut self.loop_runs[group as usize];
+                    if *runs == ENDLESS {
+                        // it has run once more, for those that read what it computes
+                        *half(&mut self.memory, at) &= !codegen::dirty_bit(form.settling, number as u32).1;
+                        continue;
+                    }
                     *runs += 1;
                     if *runs > STEPS_COMPILED {
                         // it may never settle: that is found out step by step
@@ -112,15 +120,13 @@ impl CompiledEngine<'_> {
                                 }
                             }
                         }
-                        match settled {
-                            Ok(()) => *half(&mut self.memory, at) |= bit,
+                        *half(&mut self.memory, at) |= bit;
+                        if let Err(nets) = settled {
                             // what keeps changing is x by now
-                            Err(nets) => {
-                                *half(&mut self.memory, at) &= !bit;
-                                for net in nets {
-                                    if !self.endless.contains(&net) {
-                                        self.endless.push(net);
-                                    }
+                            self.loop_runs[group as usize] = ENDLESS;
+                            for net in nets {
+                                if !self.endless.contains(&net) {
+                                    self.endless.push(net);
                                 }
                             }
                         }
@@ -191,20 +197,21 @@ impl CompiledEngine<'_> {
         self.active.clear();
         for (i, &(slot, shift)) in self.pin_places.iter().enumerate() {
             let new = bit_of(self.memory[slot as usize], shift);
-            let watch = &mut self.watches[i];
-            if watch.old == new {
+            if self.watches[i] == new {
                 continue;
             }
-            let old = std::mem::replace(&mut watch.old, new).read();
+            let old = std::mem::replace(&mut self.watches[i], new).read();
             let new = new.read();
-            if !watch.seen {
-                watch.seen = new.u == 0;
+            let pin = &self.wiring.pins[i];
+            if self.first {
+                if pin.level && new.is_one() {
+                    self.active.extend(&pin.rising);
+                }
                 continue;
             }
             if old == new {
                 continue;
             }
-            let pin = &self.wiring.pins[i];
             let list = if old.is_zero() || new.is_one() { &pin.rising } else { &pin.falling };
             self.active.extend(list);
             if old.is_zero() && new.u != 0 {
@@ -261,6 +268,7 @@ impl CompiledEngine<'_> {
         }
         self.started = true;
         let mut rounds = 0;
+        let mut back = endless::Return::new();
         loop {
             self.settle_chunks()?;
             self.edges();
@@ -268,11 +276,14 @@ impl CompiledEngine<'_> {
                 break;
             }
             rounds += 1;
-            if rounds >= endless::ROUNDS {
+            if rounds > endless::HONEST_ROUNDS
+                && (rounds >= endless::ROUNDS || back.has(|kept| self.is_sampled(kept), || self.sampled()))
+            {
                 return Err(self.oscillation());
             }
             self.commit();
         }
+        self.first = false;
         self.collect_changes();
         self.check_controls();
         self.count(1);
@@ -290,9 +301,25 @@ impl CompiledEngine<'_> {
         }
     }
 
-    /// The nets that clocked cells keep changing.
+    /// All that decides how a wave goes on once the cells have sampled: the state, contents of memories, and the cells.
+    fn sampled(&self) -> (Vec<Word>, Vec<u32>) {
+        (self.memory[self.held()].to_vec(), self.active.clone())
+    }
+
+    fn is_sampled(&self, (state, active): &(Vec<Word>, Vec<u32>)) -> bool {
+        self.memory[self.held()] == **state && self.active == *active
+    }
+
+    /// Where state and the contents of memories lie, which follow it.
+    fn held(&self) -> std::ops::Range<usize> {
+        let end = self.wiring.memories.iter().map(|m| m.contents + m.len).max().unwrap_or(0);
+        self.wiring.leaves.start as usize..self.wiring.leaves.end.max(end) as usize
+    }
+
+    /// The nets that clocked cells keep changing, until all is as it was.
     pub(crate) fn oscillation(&mut self) -> Unsettled {
         let mut nets = Vec::new();
+        let start = self.sampled();
         for _ in 0..endless::SHOWN_ROUNDS {
             for &number in &self.active {
                 let s = self.wiring.stored[number as usize];
@@ -317,6 +344,9 @@ impl CompiledEngine<'_> {
                 break;
             }
             self.edges();
+            if self.is_sampled(&start) {
+                break;
+            }
         }
         nets.sort_unstable();
         nets.dedup();

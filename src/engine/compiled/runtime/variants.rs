@@ -293,6 +293,7 @@ fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(u32) -> bool, keeps: &[bool])
                 shared: false,
                 group: *group,
                 again: false,
+                state: true,
             };
             settling.push(root);
             settling.push(Root { node: two.u, half: 2 * slot + 1, alarm: !may(slot), ..root });
@@ -300,7 +301,7 @@ fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(u32) -> bool, keeps: &[bool])
         if let Some(group) = group.filter(|_| l.levels.get(number + 1).is_none_or(|next| next.group != *group)) {
             let (node, half) = (l.unsettled[group as usize], 2 * w.wiring.unsettled[group as usize]);
             let (observed, group) = (None, Some(group));
-            settling.push(Root { node, half, observed, alarm: false, shared: false, group, again: true });
+            settling.push(Root { node, half, observed, alarm: false, shared: false, group, again: true, state: false });
         }
     }
     for &Kept { net, observed: bit, .. } in w.kept.iter().filter(|k| keeps[k.net.index()]) {
@@ -317,6 +318,7 @@ fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(u32) -> bool, keeps: &[bool])
                 shared: true,
                 group: None,
                 again: false,
+                state: false,
             };
             settling.push(root);
             settling.push(Root { node: two.u, half: 2 * (slot + i) + 1, ..root });
@@ -333,6 +335,7 @@ fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(u32) -> bool, keeps: &[bool])
                 shared: false,
                 group: None,
                 again: false,
+                state: false,
             };
             sampled.push(root);
             sampled.push(Root { node: two.u, half: 2 * (stored.stage + i) + 1, ..root });
