@@ -34,6 +34,7 @@ pub mod elaborate;
 pub mod export;
 pub mod import;
 pub mod json;
+pub mod machine;
 pub mod plot;
 pub mod scenario;
 mod simulator;

@@ -61,7 +61,7 @@ fn length([x, y]: [i64; 2]) -> f64 {
 }
 
 fn path(from: [i64; 2], to: [i64; 2], clockwise: bool, bits: u32) -> ArcPath {
-    ArcPath { center: [0; 2], from, to, full: true, clockwise, f0: 0, bits }
+    ArcPath { center: [0; 2], from, to, full: true, long: None, clockwise, f0: 0, bits }
 }
 
 /// Every full circle with a radius up to 10, and every arc between points of 4 bits that no rounding forbids.

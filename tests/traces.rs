@@ -116,6 +116,7 @@ fn quadrants(
         from: point("xh", "yh"),
         to: point("xk", "yk"),
         full: true,
+        long: None,
         clockwise: net("cw") == 1,
         f0: net("f0") << 54 >> 54,
         bits: 8,

@@ -4,6 +4,7 @@
 
 mod drawing;
 mod looking;
+mod machine;
 mod schematic;
 mod shared;
 mod sweeping;
@@ -16,6 +17,7 @@ pub use drawing::{
     CompareArgs, CompareFormat, CoordinateArgs, DrawingArgs, InterpolateArgs, PlotArgs, Point, StepsFormat,
 };
 pub use looking::{ViewArgs, WaveTextArgs};
+pub use machine::{MachineArgs, MachineFormat};
 pub use schematic::DrawArgs;
 pub use shared::{
     Assignment, ClockOption, Condition, DontCare, ElaborationArgs, EngineArgs, EngineChoice, Format, FormatArgs,
@@ -68,6 +70,8 @@ pub enum Command {
     Interpolate(InterpolateArgs),
     /// Draw the path of a method or of a waveform over the ideal curve, as SVG
     Plot(PlotArgs),
+    /// Draw a part program (G-code) by every method, and measure steps, speed and deviation
+    Machine(MachineArgs),
     /// Draw the schematic of a circuit, as SVG
     Draw(DrawArgs),
     /// Count what circuits are made of, and how deep their logic is

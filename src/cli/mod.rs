@@ -15,6 +15,7 @@ pub mod error;
 pub mod export;
 pub mod interpolate;
 pub mod interrupt;
+pub mod machine;
 pub mod man;
 mod monitor;
 pub mod output;
@@ -99,6 +100,7 @@ fn dispatch(command: &Command, out: &mut Out) -> Result<Status, CliError> {
         Command::Sweep(args) => sweep::run(args, out),
         Command::Interpolate(args) => interpolate::run(args, out),
         Command::Plot(args) => plot::run(args, out),
+        Command::Machine(args) => machine::run(args, out),
         Command::Draw(args) => draw::run(args, out),
         Command::Stats(args) => stats::run(args, out),
         Command::Export(args) => export::run(args, out),

@@ -148,6 +148,16 @@ codes! {
         "A run did not do what its scenario expects.";
     Error Timing "timing":
         "A run violated a timing check of its scenario.";
+    Error BadWord "bad-word":
+        "A word of a part program cannot be read, or is not one of those that `docs/machine.md` lists.";
+    Error BadBlock "bad-block":
+        "Words of a block of a part program contradict each other, or one is missing.";
+    Error BadArc "bad-arc":
+        "There is no arc with the radius, centre and end point that a block of a part program gives.";
+    Error BadMove "bad-move":
+        "A move of a part program is beyond what the machine's registers hold or its clock can do.";
+    Warning DoubtfulBlock "doubtful-block":
+        "A block of a part program is read in a way that other controls may not share, or has no effect here.";
     Warning NoMatch "no-match":
         "A pattern for nets matches no net.";
     Warning CombinationalLoop "combinational-loop":

@@ -53,6 +53,8 @@ impl Span {
 struct Source {
     name: String,
     text: String,
+    /// The number of its first line.
+    first_line: usize,
     /// The offset at which each line starts.
     lines: Vec<u32>,
     /// How many characters start before each multiple of [`STEP`] bytes, so that a column far along a gigantic line is
@@ -90,6 +92,11 @@ impl Sources {
 
     /// Takes a text in. Bytes from 4 GiB on cannot be pointed at.
     pub fn add(&mut self, name: impl Into<String>, text: String) -> FileId {
+        self.add_excerpt(name, text, 1)
+    }
+
+    /// Takes in a part of a text that is too great to be kept: the lines from `first_line` (from 1) on.
+    pub fn add_excerpt(&mut self, name: impl Into<String>, text: String, first_line: usize) -> FileId {
         let newlines = text.bytes().enumerate().filter(|&(_, b)| b == b'\n');
         let starts = newlines.filter_map(|(i, _)| u32::try_from(i + 1).ok());
         let lines = std::iter::once(0).chain(starts).collect();
@@ -99,7 +106,7 @@ impl Sources {
             characters.push(before.saturating_add(step.iter().filter(|&&b| starts_character(b)).count() as u32));
         }
         let id = FileId(u32::try_from(self.files.len()).expect("fewer than 2^32 files"));
-        self.files.push(Source { name: name.into(), text, lines, characters });
+        self.files.push(Source { name: name.into(), text, first_line, lines, characters });
         id
     }
 
@@ -131,14 +138,15 @@ impl Sources {
         let start = self.range(span).start;
         let line = source.lines.partition_point(|&l| l as usize <= start);
         let line_start = source.lines[line - 1] as usize;
-        (line, source.characters_before(start) - source.characters_before(line_start) + 1)
+        (source.first_line + line - 1, source.characters_before(start) - source.characters_before(line_start) + 1)
     }
 
-    /// The bytes of line `line` (from 1), without its line end.
+    /// The bytes of line `line`, counted as [`line_col`](Sources::line_col) does, without its line end.
     pub(super) fn line_range(&self, file: FileId, line: usize) -> std::ops::Range<usize> {
         let source = &self.files[file.0 as usize];
-        let start = source.lines[line - 1] as usize;
-        let end = source.lines.get(line).map_or(source.text.len(), |&next| next as usize - 1);
+        let line = line - source.first_line;
+        let start = source.lines[line] as usize;
+        let end = source.lines.get(line + 1).map_or(source.text.len(), |&next| next as usize - 1);
         let end = if source.text[start..end].ends_with('\r') { end - 1 } else { end };
         start..end
     }
@@ -186,6 +194,15 @@ mod tests {
         for n in [0, 1, 2046, 2047, 2048, 5000, 9999] {
             assert_eq!(sources.line_col(Span::new(id, 2 + 2 * n, 2 + 2 * n)), (2, n as usize + 1));
         }
+    }
+
+    #[test]
+    fn an_excerpt_keeps_the_lines_numbers() {
+        let mut sources = Sources::new();
+        let id = sources.add_excerpt("a.nc", "ab\ncd".to_owned(), 1_000_001);
+        assert_eq!(sources.line_col(Span::new(id, 1, 2)), (1_000_001, 2));
+        assert_eq!(sources.line_col(Span::new(id, 4, 5)), (1_000_002, 2));
+        assert_eq!(sources.line_range(id, 1_000_002), 3..5);
     }
 
     #[test]

@@ -119,6 +119,7 @@ impl Offset {
             to: rounded(stop),
             f0: i64::try_from(x * x + y * y - new_square).map_err(|_| InputError::Overflow)?,
             full: contour.full && !short,
+            long: None,
             ..contour
         };
         let exact = |d: [f64; 2]| [center[0] as f64 + d[0], center[1] as f64 + d[1]];
@@ -187,7 +188,7 @@ mod tests {
     }
 
     fn contour(from: [i64; 2], to: [i64; 2], clockwise: bool) -> ArcPath {
-        ArcPath { center: [0; 2], from, to, full: true, clockwise, f0: 0, bits: 12 }
+        ArcPath { center: [0; 2], from, to, full: true, long: None, clockwise, f0: 0, bits: 12 }
     }
 
     #[test]

@@ -78,6 +78,9 @@ pub struct ArcPath {
     pub to: [i64; 2],
     /// The start point as end point means a full circle; else it means that nothing is drawn.
     pub full: bool,
+    /// Whether the arc is longer than half a turn, where that is known from points that are not rounded; else the points
+    /// tell.
+    pub long: Option<bool>,
     /// Clockwise.
     pub clockwise: bool,
     /// `F₀ = x² + y² − R²` of the start point, from the centre: 0 if the circle goes through it.
@@ -167,6 +170,9 @@ impl ArcPath {
             return Ok(Cut { quadrant: first, crossings: 0, radius, from: start, to: start });
         }
         let crossings = match between {
+            0 if self.long == Some(true) => 4,
+            0 if ahead && self.long == Some(false) => 0,
+            0 if self.long == Some(false) => return Err(InputError::TooShort),
             0 if behind => 4,
             0 if ahead => 0,
             0 if start[0] * end[1] >= start[1] * end[0] => return Err(InputError::TooShort),
@@ -225,8 +231,9 @@ impl Plan {
         let rising = match left {
             0 => self.cut.to[1],
             _ if self.carries => (1 << bits) - 1,
-            1 => self.axis().max(self.cut.to[0]),
-            _ => self.axis(),
+            // a start point off the circle may be a little beyond the axis point
+            1 => self.axis().max(self.cut.to[0]).max(from[1]),
+            _ => self.axis().max(from[1]),
         } - from[1];
         let [xh, yh] = from;
         let core = (self.build)(ArcInput { xh, yh, dx: falling, dy: rising, f0, clockwise: false, bits })?;
@@ -265,7 +272,7 @@ type Core = Mirrored<Box<dyn Interpolator>>;
 /// # }
 /// use discreta::interpolate::{ArcPath, EfCircle, Quadrants};
 /// // from (3, 4) over the y axis to (-4, 3)
-/// let path = ArcPath { center: [0, 0], from: [3, 4], to: [-4, 3], full: true, clockwise: false, f0: 0, bits: 8 };
+/// let path = ArcPath { center: [0, 0], from: [3, 4], to: [-4, 3], full: true, long: None, clockwise: false, f0: 0, bits: 8 };
 /// let arc = Quadrants::new(path, true, |input| Ok(Box::new(EfCircle::new(input)?)))?;
 /// let clocks: Vec<_> = arc.collect();
 /// assert_eq!(clocks.iter().map(|clock| clock.letter()).collect::<String>(), "XYXX-YXXXYX");

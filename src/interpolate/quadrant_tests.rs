@@ -6,7 +6,7 @@ use super::*;
 use crate::{EfCircle, EfLine, Ideal, LineInput, Method, Request, Shape};
 
 fn path(from: [i64; 2], to: [i64; 2], clockwise: bool) -> ArcPath {
-    ArcPath { center: [0, 0], from, to, full: true, clockwise, f0: 0, bits: 8 }
+    ArcPath { center: [0, 0], from, to, full: true, long: None, clockwise, f0: 0, bits: 8 }
 }
 
 fn arc(path: ArcPath) -> Quadrants {

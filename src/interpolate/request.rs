@@ -149,7 +149,7 @@ impl Request {
         let Request { method, clockwise, center, options, .. } = *self;
         let plane = |[x, y, _]: [i64; 3]| [x, y];
         let (from, to) = (plane(self.from), plane(self.to));
-        let contour = ArcPath { center, from, to, full: true, clockwise, f0: 0, bits };
+        let contour = ArcPath { center, from, to, full: true, long: None, clockwise, f0: 0, bits };
         // without a sum F nothing can make good what the rounding of an offset start point does
         let carries = method != Method::DdaCircle;
         let (path, ideal) = match self.offset {

@@ -2,14 +2,14 @@
 
 /// A closed range of numbers.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Range {
-    pub(super) least: f64,
-    pub(super) greatest: f64,
+pub(crate) struct Range {
+    pub(crate) least: f64,
+    pub(crate) greatest: f64,
 }
 
 impl Range {
     /// The range that holds all of these; 0 alone, if there are none.
-    pub(super) fn of(values: impl IntoIterator<Item = f64>) -> Range {
+    pub(crate) fn of(values: impl IntoIterator<Item = f64>) -> Range {
         let mut values = values.into_iter().filter(|v| v.is_finite());
         let first = values.next().unwrap_or(0.0);
         values.fold(Range { least: first, greatest: first }, |r, v| Range {
@@ -18,24 +18,24 @@ impl Range {
         })
     }
 
-    pub(super) fn length(self) -> f64 {
+    pub(crate) fn length(self) -> f64 {
         self.greatest - self.least
     }
 
     /// The same centre, another length.
-    pub(super) fn resized(self, length: f64) -> Range {
+    pub(crate) fn resized(self, length: f64) -> Range {
         let more = (length - self.length()) / 2.0;
         Range { least: self.least - more, greatest: self.greatest + more }
     }
 
-    pub(super) fn holds(self, value: f64) -> bool {
+    pub(crate) fn holds(self, value: f64) -> bool {
         (self.least..=self.greatest).contains(&value)
     }
 }
 
 /// Evenly spaced round numbers.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Ticks {
+pub(crate) struct Ticks {
     /// The number of the first one: it is at `first · mantissa · 10^exponent`.
     first: i64,
     last: i64,
@@ -45,7 +45,7 @@ pub(super) struct Ticks {
 
 impl Ticks {
     /// Ticks in a range at least `gap` apart, at 1, 2 or 5 times a power of ten that is at least `10^least`.
-    pub(super) fn new(range: Range, gap: f64, least: i32) -> Ticks {
+    pub(crate) fn new(range: Range, gap: f64, least: i32) -> Ticks {
         let (mut mantissa, mut exponent) = (1, least);
         while step(mantissa, exponent) < gap && exponent < 300 {
             (mantissa, exponent) = match mantissa {
@@ -61,18 +61,18 @@ impl Ticks {
     }
 
     /// The distance between two.
-    pub(super) fn step(&self) -> f64 {
+    pub(crate) fn step(&self) -> f64 {
         step(self.mantissa, self.exponent)
     }
 
     /// Where they are.
-    pub(super) fn values(&self) -> impl Iterator<Item = f64> + use<> {
+    pub(crate) fn values(&self) -> impl Iterator<Item = f64> + use<> {
         let step = self.step();
         (self.first..=self.last).map(move |i| i as f64 * step)
     }
 
     /// What is written at one of them: k, M, G for thousands, millions, thousands of millions.
-    pub(super) fn label(&self, value: f64) -> String {
+    pub(crate) fn label(&self, value: f64) -> String {
         if value == 0.0 && self.exponent >= 0 {
             return "0".to_owned();
         }
@@ -93,7 +93,7 @@ fn step(mantissa: i64, exponent: i32) -> f64 {
 }
 
 /// A number with a minus sign as it is printed in books.
-pub(super) fn signed(value: f64, decimals: usize) -> String {
+pub(crate) fn signed(value: f64, decimals: usize) -> String {
     let digits = format!("{:.decimals$}", value.abs());
     let zero = digits.bytes().all(|b| matches!(b, b'0' | b'.'));
     if value < 0.0 && !zero { format!("−{digits}") } else { digits }

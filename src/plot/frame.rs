@@ -8,50 +8,50 @@ const GAP: f64 = 6.0;
 
 /// Where a frame is, in pixels.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Place {
-    pub(super) left: f64,
-    pub(super) top: f64,
-    pub(super) width: f64,
-    pub(super) height: f64,
+pub(crate) struct Place {
+    pub(crate) left: f64,
+    pub(crate) top: f64,
+    pub(crate) width: f64,
+    pub(crate) height: f64,
 }
 
 /// A rectangle with a range along each side.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Frame {
-    pub(super) place: Place,
-    pub(super) x: Range,
-    pub(super) y: Range,
+pub(crate) struct Frame {
+    pub(crate) place: Place,
+    pub(crate) x: Range,
+    pub(crate) y: Range,
 }
 
 /// How an axis is marked.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Marks<'a> {
+pub(crate) struct Marks<'a> {
     /// What is along it, with its unit.
-    pub(super) title: &'a str,
+    pub(crate) title: &'a str,
     /// Pixels between two ticks at least.
-    pub(super) gap: f64,
+    pub(crate) gap: f64,
     /// Ticks are no closer than this power of ten.
-    pub(super) least: i32,
+    pub(crate) least: i32,
 }
 
 impl Frame {
-    pub(super) fn px(&self, x: f64) -> f64 {
+    pub(crate) fn px(&self, x: f64) -> f64 {
         self.place.left + (x - self.x.least) / self.x.length() * self.place.width
     }
 
-    pub(super) fn py(&self, y: f64) -> f64 {
+    pub(crate) fn py(&self, y: f64) -> f64 {
         self.place.top + (self.y.greatest - y) / self.y.length() * self.place.height
     }
 
-    pub(super) fn point(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn point(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [self.px(x), self.py(y)]
     }
 
-    pub(super) fn right(&self) -> f64 {
+    pub(crate) fn right(&self) -> f64 {
         self.place.left + self.place.width
     }
 
-    pub(super) fn bottom(&self) -> f64 {
+    pub(crate) fn bottom(&self) -> f64 {
         self.place.top + self.place.height
     }
 
@@ -60,7 +60,7 @@ impl Frame {
     }
 
     /// A line for every BLU, where they are far enough apart to be counted.
-    pub(super) fn unit_grid(&self, svg: &mut Svg) {
+    pub(crate) fn unit_grid(&self, svg: &mut Svg) {
         let unit = self.place.width / self.x.length();
         if unit < 8.0 {
             return;
@@ -76,7 +76,7 @@ impl Frame {
     }
 
     /// The frame with ticks along the bottom and the left side.
-    pub(super) fn axes(&self, svg: &mut Svg, x: Marks<'_>, y: Marks<'_>) {
+    pub(crate) fn axes(&self, svg: &mut Svg, x: Marks<'_>, y: Marks<'_>) {
         let Place { left, top, width, height } = self.place;
         let (x_ticks, y_ticks) = (self.ticks(self.x, width, x), self.ticks(self.y, height, y));
         svg.open("g", &[("class", "grid")]);

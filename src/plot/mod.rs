@@ -4,8 +4,8 @@
 //! self-contained SVG of it: light or dark as the viewer's system is, the same bytes on every machine. This room knows
 //! points and curves; it knows nothing of engines, waveforms or the command line.
 
-mod axis;
-mod frame;
+pub(crate) mod axis;
+pub(crate) mod frame;
 mod picture;
 mod recording;
 

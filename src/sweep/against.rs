@@ -258,6 +258,7 @@ impl Against {
                     from: [v[0], v[1]],
                     to: [v[2], v[3]],
                     full: true,
+                    long: None,
                     clockwise: v[6] != 0,
                     f0: v[7],
                     bits,

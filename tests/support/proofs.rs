@@ -260,7 +260,7 @@ fn quadrants(core: fn(ArcInput) -> Result<Box<dyn Interpolator>, InputError>) ->
         let center = if from[0] == 7 { [0; 2] } else { [(n as i64 / 2) % 5 - 2, (n as i64 / 10) % 5 - 2] };
         let f0 = if from == to { 0 } else { (n as i64 / 3) % 5 - 2 };
         let [from, to] = [from, to].map(|p| [p[0] + center[0], p[1] + center[1]]);
-        let path = ArcPath { center, from, to, full: true, clockwise, f0, bits: 3 };
+        let path = ArcPath { center, from, to, full: true, long: None, clockwise, f0, bits: 3 };
         if let Ok(arc) = Quadrants::new(path, true, core) {
             let points = [("xh", from[0]), ("yh", from[1]), ("xk", to[0]), ("yk", to[1])];
             let rest = [("xc", center[0]), ("yc", center[1]), ("cw", i64::from(clockwise)), ("f0", f0)];

@@ -8,5 +8,6 @@ const TOOLS: &[(&str, &[&str], &str)] = &[
     ("imagemagick", &["convert", "import", "xwininfo"], "photographs of windows: apt-get install imagemagick x11-utils"),
     ("chromium", &["chromium"], "Chromium: apt-get install chromium"),
     ("verilator", &["verilator"], "Verilator: apt-get install verilator"),
+    ("rs274", &["rs274"], "LinuxCNC's interpreter: see docs/machine.md"),
     ("dot", &["dot"], "Graphviz: apt-get install graphviz"),
 ];
