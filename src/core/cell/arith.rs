@@ -1,10 +1,14 @@
 //! Adders, subtractors and multipliers. Any x or z among the operands makes every result bit x, except in the half
 //! and full adder, which are the gates that they are drawn as.
 
+use smallvec::SmallVec;
+
 use super::CellKind;
+use super::algebra::{Algebra, Site, unknown, value_bit};
 use super::element::{Element, Kind, Parameter, Port};
+use super::pin::{add, add_sub, binary};
 use crate::value::Word;
-use crate::value::word::{any_unknown, mask, word_mask, words};
+use crate::value::word::mask;
 
 /// Which way an adder counts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
@@ -17,76 +21,161 @@ pub enum AddOp {
     AddSub,
 }
 
-/// `a + b + ci`, or `a - b - ci` where `sub` is 1, into `y`; returns the carry, or the borrow.
-#[inline(always)]
-pub fn add(width: u32, a: &[Word], b: &[Word], ci: Word, sub: Word, y: &mut [Word]) -> Word {
-    if any_unknown(a) || any_unknown(b) || (ci.u | sub.u) & 1 != 0 {
-        for (i, y) in y.iter_mut().enumerate() {
-            *y = Word::x(word_mask(width, i));
-        }
-        return Word::x(1);
+/// `a + b + ci`, or `a - b - ci` where `sub` is 1, word by word from the lowest.
+pub struct Sum<A: Algebra> {
+    unknown: A::Plane,
+    carry: A::Plane,
+    sub: A::Plane,
+}
+
+impl<A: Algebra> Sum<A> {
+    /// One of operands that are as `unknown` says, a plane that is not 0 where any of them is x or z.
+    #[inline(always)]
+    pub fn new(l: &mut A, unknown: A::Plane, ci: A::Word, sub: A::Word) -> Sum<A> {
+        let ((ci, ci_u), (sub, sub_u)) = (A::planes(ci), A::planes(sub));
+        let controls = l.or(ci_u, sub_u);
+        let unknown = l.or(unknown, controls);
+        let unknown = l.any(unknown);
+        let carry = if l.known(sub).is_some() { ci } else { l.xor(ci, sub) };
+        Sum { unknown, carry, sub }
     }
-    let invert = (sub.v & 1).wrapping_neg();
-    let mut carry = (ci.v ^ sub.v) & 1 != 0;
-    for (i, y) in y.iter_mut().enumerate() {
-        let m = word_mask(width, i);
-        let (sum, c1) = a[i].v.overflowing_add((b[i].v ^ invert) & m);
-        let (sum, c2) = sum.overflowing_add(u64::from(carry));
-        carry = c1 | c2 | (sum & !m != 0);
-        *y = Word::known(sum & m);
+
+    /// The next word of the result, of `mask` bits.
+    #[inline(always)]
+    pub fn step(&mut self, l: &mut A, a: A::Word, b: A::Word, mask: u64) -> A::Word {
+        let (a, b, bits) = (A::planes(a).0, A::planes(b).0, mask.count_ones());
+        let (y, carry) = match l.known(self.sub) {
+            Some(0) => l.add(a, b, self.carry, bits),
+            Some(_) => l.sub(a, b, self.carry, bits),
+            None => {
+                let invert = l.splat(self.sub, mask);
+                let b = l.xor(b, invert);
+                l.add(a, b, self.carry, bits)
+            }
+        };
+        self.carry = carry;
+        l.unless(self.unknown, y, mask)
     }
-    Word::known(u64::from(carry) ^ (sub.v & 1))
-}
 
-/// The half adder of an XOR and an AND: (sum, carry), bit 0 only.
-#[inline(always)]
-#[must_use]
-pub fn half_adder(a: Word, b: Word) -> (Word, Word) {
-    (bit(a.xor(b)), bit(a.and(b)))
-}
-
-/// The full adder of two half adders and an OR: (sum, carry), bit 0 only.
-#[inline(always)]
-#[must_use]
-pub fn full_adder(a: Word, b: Word, ci: Word) -> (Word, Word) {
-    let half = a.xor(b);
-    (bit(half.xor(ci)), bit(a.and(b).or(half.and(ci))))
-}
-
-#[inline(always)]
-const fn bit(w: Word) -> Word {
-    Word { v: w.v & 1, u: w.u & 1 }
-}
-
-/// The product, `a_width + b_width` bits, by schoolbook multiplication of 64-bit digits.
-pub fn multiply(a_width: u32, b_width: u32, signed: bool, a: &[Word], b: &[Word], y: &mut [Word]) {
-    let width = a_width + b_width;
-    let n = words(width);
-    if any_unknown(a) || any_unknown(b) {
-        for (i, y) in y.iter_mut().enumerate() {
-            *y = Word::x(word_mask(width, i));
-        }
-        return;
+    /// The carry or the borrow.
+    #[inline(always)]
+    pub fn carry(self, l: &mut A) -> A::Word {
+        let carry = if l.known(self.sub).is_some() { self.carry } else { l.xor(self.carry, self.sub) };
+        l.unless(self.unknown, carry, 1)
     }
-    let digit = |from: &[Word], from_width: u32, i: usize| {
-        let negative = signed && from[words(from_width) - 1].v >> ((from_width - 1) % 64) & 1 == 1;
-        let high = if negative { u64::MAX } else { 0 };
-        match from.get(i) {
-            Some(w) if i < words(from_width) => w.v | (high & !word_mask(from_width, i)),
-            _ => high,
-        }
+}
+
+/// Adder, subtractor, or both.
+#[inline(always)]
+pub fn adder<A: Algebra>(l: &mut A, s: &mut impl Site<A>, op: AddOp, width: u32) {
+    let sub = match op {
+        AddOp::Add => l.literal(Word::ZERO),
+        AddOp::Sub => l.literal(Word::known(1)),
+        AddOp::AddSub => s.get(add_sub::SUB, 0),
     };
-    y[..n].fill(Word::ZERO);
+    let mut unknown = l.constant(0);
+    for i in 0..A::words(width) {
+        let (a, b) = (A::planes(s.get(add::A, i)).1, A::planes(s.get(add::B, i)).1);
+        unknown = l.or(unknown, a);
+        unknown = l.or(unknown, b);
+    }
+    let mut sum = Sum::new(l, unknown, s.get(add::CI, 0), sub);
+    for i in 0..A::words(width) {
+        let y = sum.step(l, s.get(add::A, i), s.get(add::B, i), A::mask(width, i));
+        s.put(0, i, y);
+    }
+    let carry = sum.carry(l);
+    s.put(1, 0, carry);
+}
+
+/// The half adder of an XOR and an AND.
+#[inline(always)]
+pub fn half_adder<A: Algebra>(l: &mut A, s: &mut impl Site<A>) {
+    let (a, b) = (s.get(binary::A, 0), s.get(binary::B, 0));
+    let (sum, carry) = (l.xor4(a, b), l.and4(a, b));
+    s.put(0, 0, sum);
+    s.put(1, 0, carry);
+}
+
+/// The full adder of two half adders and an OR.
+#[inline(always)]
+pub fn full_adder<A: Algebra>(l: &mut A, s: &mut impl Site<A>) {
+    let (a, b, ci) = (s.get(add::A, 0), s.get(add::B, 0), s.get(add::CI, 0));
+    let (half, both) = (l.xor4(a, b), l.and4(a, b));
+    let (sum, passed) = (l.xor4(half, ci), l.and4(half, ci));
+    s.put(0, 0, sum);
+    let carry = l.or4(both, passed);
+    s.put(1, 0, carry);
+}
+
+/// The value plane of a pin in `n` words, extended by its sign or by zeros.
+#[inline(always)]
+pub(super) fn extended<A: Algebra>(
+    l: &mut A,
+    s: &impl Site<A>,
+    pin: usize,
+    width: u32,
+    signed: bool,
+    n: usize,
+) -> SmallVec<[A::Plane; 2]> {
+    let own = A::words(width);
+    let mut all: SmallVec<[A::Plane; 2]> = (0..own.min(n)).map(|i| A::planes(s.get(pin, i)).0).collect();
+    let sign = if signed { value_bit(l, s, pin, width - 1) } else { l.constant(0) };
+    if own <= n {
+        let above = mask(A::BITS) & !A::mask(width, own - 1);
+        let high = l.splat(sign, above);
+        all[own - 1] = l.or(all[own - 1], high);
+    }
+    let fill = l.splat(sign, mask(A::BITS));
+    all.resize(n, fill);
+    all
+}
+
+/// Gives numbers, or x where `unknown` is 1.
+#[inline(always)]
+pub(super) fn put_number<A: Algebra>(
+    l: &mut A,
+    s: &mut impl Site<A>,
+    width: u32,
+    unknown: A::Plane,
+    number: &[A::Plane],
+) {
+    for (i, &y) in number.iter().enumerate() {
+        let m = A::mask(width, i);
+        let y = l.bits(y, 0, m.count_ones());
+        let y = l.unless(unknown, y, m);
+        s.put(0, i, y);
+    }
+}
+
+/// The product, `a_width + b_width` bits.
+#[inline(always)]
+pub(super) fn multiply<A: Algebra>(l: &mut A, s: &mut impl Site<A>, (a_width, b_width): (u32, u32), signed: bool) {
+    let width = a_width + b_width;
+    let n = A::words(width);
+    let (a, b) = (unknown(l, s, binary::A, a_width), unknown(l, s, binary::B, b_width));
+    let unknown = l.or(a, b);
+    let (a, b) = (extended(l, s, binary::A, a_width, signed, n), extended(l, s, binary::B, b_width, signed, n));
+    if signed
+        && n == 2
+        && a_width.max(b_width) <= A::BITS
+        && let Some((low, high)) = l.mul_signed(a[0], b[0])
+    {
+        return put_number(l, s, width, unknown, &[low, high]);
+    }
+    let zero = l.constant(0);
+    let mut product: SmallVec<[A::Plane; 2]> = SmallVec::from_elem(zero, n);
     for i in 0..n {
-        let mut carry = 0u128;
-        for j in 0..n - i {
-            let product = u128::from(digit(a, a_width, i)) * u128::from(digit(b, b_width, j));
-            let sum = product + u128::from(y[i + j].v) + carry;
-            y[i + j].v = sum as u64;
-            carry = sum >> 64;
+        // without a sign there is nothing but zeros above the operands
+        if !signed && i >= A::words(a_width) {
+            break;
+        }
+        let mut carry = zero;
+        for k in 0..n - i {
+            (product[i + k], carry) = l.mul_add(a[i], b[k], product[i + k], carry);
         }
     }
-    y[n - 1].v &= mask(width - (n as u32 - 1) * 64);
+    put_number(l, s, width, unknown, &product);
 }
 
 const A: Port = Port::input("a", "first operand");
@@ -190,6 +279,8 @@ pub const ELEMENTS: &[Element] = &[
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cell::evaluate;
+    use crate::value::word::words;
     use proptest::prelude::*;
 
     fn number(n: u128) -> [Word; 2] {
@@ -204,7 +295,11 @@ mod tests {
             let (a, b) = (a & m, b & m);
             let n = words(width);
             let mut y = [Word::ZERO; 2];
-            let c = add(width, &number(a)[..n], &number(b)[..n], Word::known(ci.into()), Word::known(sub.into()), &mut y[..n]);
+            let mut c = [Word::ZERO];
+            let ins = [number(a), number(b)];
+            let ins = [&ins[0][..n], &ins[1][..n], &[Word::known(ci.into())], &[Word::known(sub.into())]];
+            evaluate(&CellKind::Adder { op: AddOp::AddSub, width }, &ins, &mut [&mut y[..n], &mut c]);
+            let c = c[0];
             let y = u128::from(y[0].v) | u128::from(y[1].v) << 64;
             let ci = u128::from(ci);
             if sub {
@@ -220,7 +315,8 @@ mod tests {
         fn multiplies_at_any_width(wa in 1u32..=64, wb in 1u32..=64, a: u64, b: u64, signed: bool) {
             let (a, b) = (a & mask(wa), b & mask(wb));
             let mut y = [Word::ZERO; 2];
-            multiply(wa, wb, signed, &[Word::known(a)], &[Word::known(b)], &mut y[..words(wa + wb)]);
+            let kind = CellKind::Multiply { a_width: wa, b_width: wb, signed };
+            evaluate(&kind, &[&[Word::known(a)], &[Word::known(b)]], &mut [&mut y[..words(wa + wb)]]);
             let y = u128::from(y[0].v) | u128::from(y[1].v) << 64;
             let extend = |n: u64, w: u32| if signed { i128::from((n << (64 - w)) as i64 >> (64 - w)) } else { i128::from(n) };
             let m = if wa + wb == 128 { u128::MAX } else { (1u128 << (wa + wb)) - 1 };

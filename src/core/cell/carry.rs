@@ -1,33 +1,45 @@
 //! Carries as Yosys' arithmetic cells have them: three numbers to two, a carry chain, an adder with all its carries.
 
-use crate::value::Word;
-use crate::value::word::{any_unknown, word_mask, words};
+use super::algebra::{Algebra, Site, unknown};
+use super::pin::{alu, carry, ternary};
 
 /// Bit by bit `a + b + c`: the sums into `y`, the carries into `x`; both x where one of the three is unknown.
-pub fn carry_save(width: u32, a: &[Word], b: &[Word], c: &[Word], x: &mut [Word], y: &mut [Word]) {
-    for i in 0..words(width) {
-        let u = a[i].u | b[i].u | c[i].u;
-        let (av, bv, cv) = (a[i].v & !u, b[i].v & !u, c[i].v & !u);
-        y[i] = Word { v: av ^ bv ^ cv, u };
-        x[i] = Word { v: av & bv | cv & (av ^ bv), u };
+#[inline(always)]
+pub(super) fn carry_save<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
+    for i in 0..A::words(width) {
+        let [(a, au), (b, bu), (c, cu)] = [ternary::A, ternary::B, ternary::C].map(|pin| A::planes(s.get(pin, i)));
+        let u = l.or(au, bu);
+        let u = l.or(u, cu);
+        let (a, b, c) = (l.and_not(a, u), l.and_not(b, u), l.and_not(c, u));
+        let half = l.xor(a, b);
+        let sum = l.xor(half, c);
+        let (both, passed) = (l.and(a, b), l.and(c, half));
+        let carries = l.or(both, passed);
+        s.put(0, i, A::word(carries, u));
+        s.put(1, i, A::word(sum, u));
     }
 }
 
 /// The carries of a chain that generates at `g` and propagates at `p`; all x where anything is unknown.
-pub fn chain(width: u32, p: &[Word], g: &[Word], ci: Word, co: &mut [Word]) {
-    let n = words(width);
-    if any_unknown(&p[..n]) || any_unknown(&g[..n]) || ci.u & 1 != 0 {
-        (0..n).for_each(|i| co[i] = Word::x(word_mask(width, i)));
-        return;
-    }
-    let mut carry = ci.v & 1;
-    for i in 0..n {
-        let mut all = 0;
-        for k in 0..word_mask(width, i).count_ones() {
-            carry = g[i].v >> k & 1 | p[i].v >> k & carry;
-            all |= carry << k;
+#[inline(always)]
+pub(super) fn chain<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
+    let (p, g) = (unknown(l, s, carry::P, width), unknown(l, s, carry::G, width));
+    let (mut carry, u) = A::planes(s.get(carry::CI, 0));
+    let unknown = l.or(p, g);
+    let unknown = l.or(unknown, u);
+    for i in 0..A::words(width) {
+        let (p, g) = (A::planes(s.get(carry::P, i)).0, A::planes(s.get(carry::G, i)).0);
+        let m = A::mask(width, i);
+        let mut all = l.constant(0);
+        for k in 0..m.count_ones() {
+            let (p, g) = (l.bits(p, k, 1), l.bits(g, k, 1));
+            let passed = l.and(p, carry);
+            carry = l.or(g, passed);
+            let placed = l.shl(carry, k);
+            all = l.or(all, placed);
         }
-        co[i] = Word::known(all);
+        let y = l.unless(unknown, all, m);
+        s.put(0, i, y);
     }
 }
 
@@ -46,42 +58,56 @@ pub struct Alu {
 
 impl Alu {
     /// Word `i` of an operand of `from` bits, extended or cut to the width of the result.
-    fn operand(&self, a: &[Word], from: u32, i: usize) -> Word {
-        let w = a.get(i).copied().filter(|_| i < words(from)).unwrap_or_default();
-        let m = word_mask(self.width, i);
-        if i + 1 < words(from) || from >= self.width {
-            return Word { v: w.v & m, u: w.u & m };
+    #[inline(always)]
+    fn operand<A: Algebra>(&self, l: &mut A, s: &impl Site<A>, pin: usize, from: u32, i: usize) -> A::Word {
+        let (n, m) = (A::words(from), A::mask(self.width, i));
+        let (mut v, mut u) = if i < n {
+            let own = l.low4(s.get(pin, i), m.count_ones());
+            A::planes(own)
+        } else {
+            (l.constant(0), l.constant(0))
+        };
+        let above = m & !if i < n { A::mask(from, i) } else { 0 };
+        if self.signed && above != 0 {
+            let (sign_v, sign_u) = A::planes(s.get(pin, n - 1));
+            let at = (from - 1) % A::BITS;
+            let (sign_v, sign_u) = (l.bits(sign_v, at, 1), l.bits(sign_u, at, 1));
+            let (high_v, high_u) = (l.splat(sign_v, above), l.splat(sign_u, above));
+            (v, u) = (l.or(v, high_v), l.or(u, high_u));
         }
-        let last = a[words(from) - 1];
-        let sign = Word { v: last.v >> ((from - 1) % 64), u: last.u >> ((from - 1) % 64) };
-        let high = if self.signed { sign.splat(u64::MAX) } else { Word::ZERO };
-        let own = if i < words(from) { word_mask(from, i) } else { 0 };
-        Word { v: (w.v & own | high.v & !own) & m, u: (w.u & own | high.u & !own) & m }
+        A::word(v, u)
     }
 
     /// `a + (b ^ bi) + ci`: the bitwise exclusive or into `x`, the sum into `y`, the carries into `co`. Sum and carries
     /// are all x where anything is unknown.
-    pub fn add(&self, ins: &[&[Word]], [x, y, co]: [&mut [Word]; 3]) {
-        let [a, b, ci, bi] = ins else { unreachable!("four pins") };
-        let (ci, bi) = (ci[0], bi[0]);
-        let unknown =
-            any_unknown(&a[..words(self.a_width)]) || any_unknown(&b[..words(self.b_width)]) || (ci.u | bi.u) & 1 != 0;
-        let mut carry = ci.v & 1;
-        for i in 0..words(self.width) {
-            let m = word_mask(self.width, i);
-            let (a, b) = (self.operand(a, self.a_width, i), self.operand(b, self.b_width, i).xor(bi.splat(m)));
-            x[i] = a.xor(b);
-            if unknown {
-                (y[i], co[i]) = (Word::x(m), Word::x(m));
-                continue;
-            }
-            let (sum, c1) = a.v.overflowing_add(b.v);
-            let (sum, c2) = sum.overflowing_add(carry);
-            y[i] = Word::known(sum & m);
+    #[inline(always)]
+    pub(super) fn add<A: Algebra>(&self, l: &mut A, s: &mut impl Site<A>) {
+        let (a, b) = (unknown(l, s, alu::A, self.a_width), unknown(l, s, alu::B, self.b_width));
+        let ((ci, ci_u), (bi, bi_u)) = (A::planes(s.get(alu::CI, 0)), A::planes(s.get(alu::BI, 0)));
+        let unknown = l.or(a, b);
+        let controls = l.or(ci_u, bi_u);
+        let unknown = l.or(unknown, controls);
+        let mut carry = ci;
+        for i in 0..A::words(self.width) {
+            let m = A::mask(self.width, i);
+            let a = self.operand(l, s, alu::A, self.a_width, i);
+            let b = self.operand(l, s, alu::B, self.b_width, i);
+            let invert = A::word(l.splat(bi, m), l.splat(bi_u, m));
+            let b = l.xor4(b, invert);
+            let x = l.xor4(a, b);
+            s.put(0, i, x);
+            let (a, b) = (A::planes(a).0, A::planes(b).0);
+            let (sum, out) = l.add(a, b, carry, m.count_ones());
             // a bit of the sum differs from that of the exclusive or where a carry comes in from below
-            let into = sum ^ a.v ^ b.v;
-            co[i] = Word::known((a.v & b.v | into & (a.v | b.v)) & m);
-            carry = u64::from(c1 | c2);
+            let into = l.xor(sum, a);
+            let into = l.xor(into, b);
+            let (both, some) = (l.and(a, b), l.or(a, b));
+            let passed = l.and(into, some);
+            let carries = l.or(both, passed);
+            let (y, co) = (l.unless(unknown, sum, m), l.unless(unknown, carries, m));
+            s.put(1, i, y);
+            s.put(2, i, co);
+            carry = out;
         }
     }
 }

@@ -1,12 +1,14 @@
 //! Counters and accumulators: a register with its adder.
 
 use super::CellKind;
-use super::arith::add;
+use super::algebra::{Algebra, Site};
+use super::arith::Sum;
 use super::element::{Element, Kind, Parameter, Port};
-use super::storage::{ASYNC_LOAD, CLK, EDGE, Edge, INIT, Q, RESET, edge};
+use super::gate::is_zero;
+use super::pin::{accumulator, counter as pin};
+use super::storage::{ASYNC_LOAD, CLK, EDGE, Edge, INIT, Q, RESET, control, edge, load};
 use crate::Value;
 use crate::value::Word;
-use crate::value::word::{word_mask, words};
 
 /// The parameters of a counter.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -28,68 +30,108 @@ pub struct Accumulator {
     pub init: Value,
 }
 
-/// The control pins of a counter as they stand.
-#[derive(Clone, Copy)]
-pub struct Controls {
-    /// Counts.
-    pub en: Word,
-    /// Counts down.
-    pub down: Word,
-    /// Takes `d` at the edge.
-    pub load: Word,
-    /// Takes `d` at once.
-    pub aload: Word,
-    /// To 0 at once.
-    pub reset: Word,
-}
-
-/// The next state of a counter at its edge. An x or z on `down` while counting gives all x; on another control it
-/// counts as inactive.
+/// What the level-sensitive controls of a counter make of its state: reset before load.
 #[inline(always)]
-pub fn count(width: u32, q: &[Word], d: &[Word], step: &[Word], c: &Controls, next: &mut [Word]) {
-    if c.reset.is_one() {
-        next.fill(Word::ZERO);
-    } else if c.aload.is_one() || c.load.is_one() {
-        next.copy_from_slice(d);
-    } else if c.en.is_one() {
-        add(width, q, step, Word::ZERO, c.down, next);
-    } else {
-        next.copy_from_slice(q);
+pub fn level<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
+    let (to_d, reset) = (control(l, s, pin::ALOAD, None), control(l, s, pin::RESET, None));
+    if to_d.is_none() && reset.is_none() {
+        return s.hold();
+    }
+    let zero = l.literal(Word::ZERO);
+    for i in 0..A::words(width) {
+        let q = load(l, to_d, |_| s.get(pin::D, i), s.state(i));
+        let q = load(l, reset, |_| zero, q);
+        s.put(0, i, q);
     }
 }
 
-/// What the level-sensitive controls of a counter or accumulator make of its state.
+/// What a counter takes at its edge, where `when` is 1; `step` gives a word of how far it goes. An x or z on `down` while
+/// counting gives all x; on another control it counts as inactive.
 #[inline(always)]
-pub fn level(q: &mut [Word], d: &[Word], aload: Word, reset: Word) {
-    if reset.is_one() {
-        q.fill(Word::ZERO);
-    } else if aload.is_one() {
-        q.copy_from_slice(d);
+pub fn count<A: Algebra>(
+    l: &mut A,
+    s: &mut impl Site<A>,
+    width: u32,
+    when: Option<A::Plane>,
+    step: impl Fn(&mut A, usize) -> A::Word,
+) {
+    let [en, at_edge, at_once, reset] =
+        [pin::EN, pin::LOAD, pin::ALOAD, pin::RESET].map(|pin| control(l, s, pin, when));
+    let mut unknown = l.constant(0);
+    for i in 0..A::words(width) {
+        let (q, step) = (A::planes(s.state(i)).1, step(l, i));
+        unknown = l.or(unknown, q);
+        unknown = l.or(unknown, A::planes(step).1);
+    }
+    let zero = l.literal(Word::ZERO);
+    let mut sum = Sum::new(l, unknown, zero, s.get(pin::DOWN, 0));
+    for i in 0..A::words(width) {
+        let (q, step) = (s.state(i), step(l, i));
+        let q = load(l, en, |l| sum.step(l, q, step, A::mask(width, i)), q);
+        let q = load(l, at_edge, |_| s.get(pin::D, i), q);
+        let q = load(l, at_once, |_| s.get(pin::D, i), q);
+        let q = load(l, reset, |_| zero, q);
+        s.put(0, i, q);
     }
 }
 
-/// The next state of an accumulator at its edge: `q + d + ci`.
+/// 1 where the state is 0, as the second output.
 #[inline(always)]
-pub fn accumulate(width: u32, q: &[Word], d: &[Word], ci: Word, en: Word, reset: Word, next: &mut [Word]) {
-    if reset.is_one() {
-        next.fill(Word::ZERO);
-    } else if en.is_one() {
-        add(width, q, d, ci, Word::ZERO, next);
-    } else {
-        next.copy_from_slice(q);
+pub fn zero<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
+    let y = is_zero(l, width, |_, i| s.state(i));
+    s.put(1, 0, y);
+}
+
+/// What the level-sensitive reset of an accumulator makes of its state.
+#[inline(always)]
+pub fn clear<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
+    let reset = control(l, s, accumulator::RESET, None);
+    if reset.is_none() {
+        return s.hold();
+    }
+    let zero = l.literal(Word::ZERO);
+    for i in 0..A::words(width) {
+        let q = load(l, reset, |_| zero, s.state(i));
+        s.put(0, i, q);
     }
 }
 
-/// The carry of `q + d + ci`.
-#[must_use]
-pub fn carry(width: u32, q: &[Word], d: &[Word], ci: Word) -> Word {
-    let mut carry = ci;
-    for i in 0..words(width) {
-        let bits = word_mask(width, i).count_ones();
-        let mut sum = [Word::ZERO];
-        carry = add(bits, &q[i..=i], &d[i..=i], carry, Word::ZERO, &mut sum);
+/// `q + d + ci`.
+#[inline(always)]
+fn accumulated<A: Algebra>(l: &mut A, s: &impl Site<A>, width: u32) -> Sum<A> {
+    let mut unknown = l.constant(0);
+    for i in 0..A::words(width) {
+        let (q, d) = (A::planes(s.state(i)).1, A::planes(s.get(accumulator::D, i)).1);
+        unknown = l.or(unknown, q);
+        unknown = l.or(unknown, d);
     }
-    carry
+    let add = l.literal(Word::ZERO);
+    Sum::new(l, unknown, s.get(accumulator::CI, 0), add)
+}
+
+/// What an accumulator takes at its edge, where `when` is 1: `q + d + ci`.
+#[inline(always)]
+pub fn accumulate<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32, when: Option<A::Plane>) {
+    let (en, reset) = (control(l, s, accumulator::EN, when), control(l, s, accumulator::RESET, when));
+    let zero = l.literal(Word::ZERO);
+    let mut sum = accumulated(l, s, width);
+    for i in 0..A::words(width) {
+        let (q, d) = (s.state(i), s.get(accumulator::D, i));
+        let q = load(l, en, |l| sum.step(l, q, d, A::mask(width, i)), q);
+        let q = load(l, reset, |_| zero, q);
+        s.put(0, i, q);
+    }
+}
+
+/// The carry of `q + d + ci`, as the second output.
+#[inline(always)]
+pub fn carry<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
+    let mut sum = accumulated(l, s, width);
+    for i in 0..A::words(width) {
+        sum.step(l, s.state(i), s.get(accumulator::D, i), A::mask(width, i));
+    }
+    let y = sum.carry(l);
+    s.put(1, 0, y);
 }
 
 const WIDTH: Parameter = Parameter { name: "width", kind: Kind::WIDTH, default: Some("8"), doc: "bits of `d` and `q`" };

@@ -1,8 +1,12 @@
 //! Division, remainder and power. Any x or z among the operands, and a divisor of zero, make every bit x
 //! (IEEE 1364-2005, 5.1.5).
 
-use crate::value::Word;
-use crate::value::word::{any_unknown, word_mask, words};
+use smallvec::SmallVec;
+
+use super::algebra::{Algebra, Site, put_x, unknown, value_bit};
+use super::arith::put_number;
+use super::pin::binary;
+use crate::value::word::mask;
 
 /// What a divider gives.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
@@ -17,153 +21,227 @@ pub enum DivideOp {
     Modulo,
 }
 
-fn all_x(width: u32, y: &mut [Word]) {
-    y.iter_mut().enumerate().for_each(|(i, y)| *y = Word::x(word_mask(width, i)));
+type Number<A> = SmallVec<[<A as Algebra>::Plane; 2]>;
+
+/// The value plane of a pin.
+#[inline(always)]
+fn number<A: Algebra>(s: &impl Site<A>, pin: usize, width: u32) -> Number<A> {
+    (0..A::words(width)).map(|i| A::planes(s.get(pin, i)).0).collect()
 }
 
-fn is_negative(width: u32, a: &[u64]) -> bool {
-    a[words(width) - 1] >> ((width - 1) % 64) & 1 == 1
-}
-
-fn negate(width: u32, a: &mut [u64]) {
-    let mut carry = true;
-    for (i, w) in a.iter_mut().enumerate() {
-        let (n, c) = (!*w).overflowing_add(u64::from(carry));
-        carry = c;
-        *w = n & word_mask(width, i);
+/// Whether any bit of a number is 1.
+#[inline(always)]
+fn any<A: Algebra>(l: &mut A, a: &[A::Plane]) -> A::Plane {
+    let mut all = l.constant(0);
+    for &w in a {
+        all = l.or(all, w);
     }
+    l.any(all)
 }
 
-/// `a - b`, and whether it does not go below zero.
-fn subtract(a: &[u64], b: &[u64], into: &mut [u64]) -> bool {
-    let mut borrow = false;
-    for i in 0..a.len() {
-        let (d, b1) = a[i].overflowing_sub(b[i]);
-        let (d, b2) = d.overflowing_sub(u64::from(borrow));
-        into[i] = d;
-        borrow = b1 | b2;
-    }
-    !borrow
+/// `a - b` in whole words, and whether that is below 0.
+#[inline(always)]
+fn subtract<A: Algebra>(l: &mut A, a: &[A::Plane], b: &[A::Plane]) -> (Number<A>, A::Plane) {
+    let mut borrow = l.constant(0);
+    let difference = a.iter().zip(b).map(|(&a, &b)| {
+        let (y, below) = l.sub(a, b, borrow, A::BITS);
+        borrow = below;
+        y
+    });
+    (difference.collect(), borrow)
 }
 
-/// Quotient and remainder of unsigned numbers, into `q` and `r`; `b` is not zero.
-fn divide_unsigned(width: u32, a: &[u64], b: &[u64], q: &mut [u64], r: &mut [u64]) {
-    if a.len() == 1 {
-        (q[0], r[0]) = (a[0] / b[0], a[0] % b[0]);
-        return;
+#[inline(always)]
+fn select<A: Algebra>(l: &mut A, s: A::Plane, a: &[A::Plane], b: &[A::Plane]) -> Number<A> {
+    a.iter().zip(b).map(|(&a, &b)| l.select(s, a, b)).collect()
+}
+
+/// The negative of a number of `width` bits where `s` is 1.
+#[inline(always)]
+pub(super) fn negated_if<A: Algebra>(l: &mut A, s: A::Plane, a: &[A::Plane], width: u32) -> Number<A> {
+    if l.never(s) {
+        return a.iter().copied().collect();
     }
-    // one bit at a time; a remainder that a shift pushes out of its words is above any divisor
-    let mut difference = vec![0; a.len()];
+    let zero = l.constant(0);
+    let none: Number<A> = SmallVec::from_elem(zero, a.len());
+    let (mut minus, _) = subtract(l, &none, a);
+    for (i, w) in minus.iter_mut().enumerate() {
+        *w = l.bits(*w, 0, A::mask(width, i).count_ones());
+    }
+    select(l, s, &minus, a)
+}
+
+/// Quotient and remainder of numbers without a sign, a bit at a time; the divisor is not 0.
+#[inline(always)]
+fn divide_unsigned<A: Algebra>(l: &mut A, width: u32, a: &[A::Plane], b: &[A::Plane]) -> (Number<A>, Number<A>) {
+    if a.len() == 1
+        && let Some((q, r)) = l.quotient(a[0], b[0])
+    {
+        return (SmallVec::from_elem(q, 1), SmallVec::from_elem(r, 1));
+    }
+    let zero = l.constant(0);
+    let mut q: Number<A> = SmallVec::from_elem(zero, a.len());
+    let mut r = q.clone();
     for bit in (0..width).rev() {
-        let (at, shift) = (bit as usize / 64, bit % 64);
-        let mut carry = a[at] >> shift & 1;
-        for w in r.iter_mut() {
-            (*w, carry) = (*w << 1 | carry, *w >> 63);
+        let (at, shift) = ((bit / A::BITS) as usize, bit % A::BITS);
+        let mut carry = l.bits(a[at], shift, 1);
+        for w in &mut r {
+            let out = l.bits(*w, A::BITS - 1, 1);
+            let up = if A::BITS == 1 { zero } else { l.shl(*w, 1) };
+            *w = l.or(up, carry);
+            carry = out;
         }
-        if subtract(r, b, &mut difference) || carry == 1 {
-            r.copy_from_slice(&difference);
-            q[at] |= 1 << shift;
-        }
+        let (difference, below) = subtract(l, &r, b);
+        // a remainder that a shift pushes out of its words is above any divisor
+        let below = l.and_not(below, carry);
+        let fits = l.not(below, 1);
+        r = select(l, fits, &difference, &r);
+        let one = l.shl(fits, shift);
+        q[at] = l.or(q[at], one);
     }
+    (q, r)
 }
 
 /// Divides numbers of `width` bits.
-pub fn divide(op: DivideOp, width: u32, signed: bool, a: &[Word], b: &[Word], y: &mut [Word]) {
-    let n = words(width);
-    if any_unknown(a) || any_unknown(b) || b.iter().all(|w| w.v == 0) {
-        return all_x(width, y);
+#[inline(always)]
+pub(super) fn divide<A: Algebra>(l: &mut A, s: &mut impl Site<A>, op: DivideOp, width: u32, signed: bool) {
+    let (a, b) = (number(s, binary::A, width), number(s, binary::B, width));
+    let some = any(l, &b);
+    let by_zero = l.not(some, 1);
+    let (x, y) = (unknown(l, s, binary::A, width), unknown(l, s, binary::B, width));
+    let unknown = l.or(x, y);
+    let unknown = l.or(unknown, by_zero);
+    if l.known(unknown).is_some_and(|n| n != 0) {
+        return put_x(l, s, 0, width);
     }
-    let known = |from: &[Word]| from.iter().map(|w| w.v).collect::<Vec<u64>>();
-    let (mut a, mut b) = (known(a), known(b));
-    let (a_negative, b_negative) = (signed && is_negative(width, &a), signed && is_negative(width, &b));
-    if a_negative {
-        negate(width, &mut a);
-    }
-    if b_negative {
-        negate(width, &mut b);
-    }
-    let (mut q, mut r) = (vec![0; n], vec![0; n]);
-    divide_unsigned(width, &a, &b, &mut q, &mut r);
-    let inexact = r.iter().any(|&w| w != 0);
-    let down = a_negative != b_negative && inexact;
-    let quotient = matches!(op, DivideOp::Quotient | DivideOp::Floor);
-    let result = if quotient { &mut q } else { &mut r };
-    match op {
-        // -q - 1 is !q
-        DivideOp::Floor if down => result.iter_mut().enumerate().for_each(|(i, w)| *w = !*w & word_mask(width, i)),
-        DivideOp::Quotient | DivideOp::Floor if a_negative != b_negative => negate(width, result),
-        // of the magnitudes: b - r, with the sign of b
-        DivideOp::Modulo if down => {
-            let rest = result.clone();
-            subtract(&b, &rest, result);
-            if b_negative {
-                negate(width, result);
-            }
+    let sign = |l: &mut A, pin| if signed { value_bit(l, s, pin, width - 1) } else { l.constant(0) };
+    let (a_negative, b_negative) = (sign(l, binary::A), sign(l, binary::B));
+    let (a, mut b) = (negated_if(l, a_negative, &a, width), negated_if(l, b_negative, &b, width));
+    let one = l.constant(1);
+    b[0] = l.select(by_zero, one, b[0]);
+    let (q, r) = divide_unsigned(l, width, &a, &b);
+    let differ = l.xor(a_negative, b_negative);
+    let inexact = any(l, &r);
+    let down = l.and(differ, inexact);
+    let result = match op {
+        DivideOp::Quotient => negated_if(l, differ, &q, width),
+        DivideOp::Floor => {
+            let truncated = negated_if(l, differ, &q, width);
+            // -q - 1 is !q
+            let below: Number<A> = q.iter().map(|&w| l.not(w, mask(A::BITS))).collect();
+            select(l, down, &below, &truncated)
         }
-        DivideOp::Remainder | DivideOp::Modulo if a_negative => negate(width, result),
-        _ => {}
-    }
-    for (y, &w) in y.iter_mut().zip(result.iter()) {
-        *y = Word::known(w);
-    }
+        DivideOp::Remainder => negated_if(l, a_negative, &r, width),
+        DivideOp::Modulo => {
+            // of the magnitudes: b - r, with the sign of b
+            let same = negated_if(l, a_negative, &r, width);
+            let (rest, _) = subtract(l, &b, &r);
+            let rest = negated_if(l, b_negative, &rest, width);
+            select(l, down, &rest, &same)
+        }
+    };
+    put_number(l, s, width, unknown, &result);
 }
 
 /// The low words of a product.
-fn times(width: u32, a: &[u64], b: &[u64]) -> Vec<u64> {
-    let n = a.len();
-    let mut y = vec![0u64; n];
+#[inline(always)]
+fn times<A: Algebra>(l: &mut A, a: &[A::Plane], b: &[A::Plane]) -> Number<A> {
+    let (n, zero) = (a.len(), l.constant(0));
+    let mut y: Number<A> = SmallVec::from_elem(zero, n);
     for i in 0..n {
-        let mut carry = 0u128;
-        for j in 0..n - i {
-            let sum = u128::from(a[i]) * u128::from(b[j]) + u128::from(y[i + j]) + carry;
-            y[i + j] = sum as u64;
-            carry = sum >> 64;
+        let mut carry = zero;
+        for k in 0..n - i {
+            (y[i + k], carry) = l.mul_add(a[i], b[k], y[i + k], carry);
         }
     }
-    y[n - 1] &= word_mask(width, n - 1);
     y
+}
+
+/// Whether a number is this small one.
+#[inline(always)]
+fn is<A: Algebra>(l: &mut A, a: &[A::Plane], small: u64) -> A::Plane {
+    let small = l.constant(small);
+    let first = l.equal(a[0], small);
+    let above = any(l, &a[1..]);
+    l.and_not(first, above)
 }
 
 /// `a` to the power of `b`, the low `width` bits. Below zero the power of a number other than 1 and -1 is 0, that of 0
 /// is x (IEEE 1364-2005, 5.1.5, table 5-6).
-pub fn power(width: u32, b_width: u32, (a_signed, b_signed): (bool, bool), a: &[Word], b: &[Word], y: &mut [Word]) {
-    if any_unknown(a) || any_unknown(b) {
-        return all_x(width, y);
+#[inline(always)]
+pub(super) fn power<A: Algebra>(
+    l: &mut A,
+    s: &mut impl Site<A>,
+    (width, b_width): (u32, u32),
+    (a_signed, b_signed): (bool, bool),
+) {
+    let (x, y) = (unknown(l, s, binary::A, width), unknown(l, s, binary::B, b_width));
+    let mut unknown = l.or(x, y);
+    if l.known(unknown).is_some_and(|n| n != 0) {
+        return put_x(l, s, 0, width);
     }
-    let base: Vec<u64> = a.iter().map(|w| w.v).collect();
-    let is = |from: &[u64], low: u64| from[0] == low && from[1..].iter().all(|&w| w == 0);
-    let odd = b[0].v & 1 == 1;
-    let mut result = vec![0u64; base.len()];
-    let exponent: Vec<u64> = b.iter().map(|w| w.v).collect();
-    if b_signed && is_negative(b_width, &exponent) {
-        let minus_one = a_signed && base.iter().enumerate().all(|(i, &w)| w == word_mask(width, i));
-        if is(&base, 0) {
-            return all_x(width, y);
-        } else if minus_one && odd {
-            result.clone_from(&base);
-        } else if minus_one || is(&base, 1) {
-            result[0] = 1;
+    let base = number(s, binary::A, width);
+    let (zero, one) = (l.constant(0), l.constant(1));
+    let mut unit: Number<A> = SmallVec::from_elem(zero, base.len());
+    unit[0] = one;
+    let (mut result, mut square) = (unit.clone(), base.clone());
+    // no further than the highest bit that is 1, as far as that is known
+    let known_zero = |l: &mut A, i: u32| {
+        let bit = value_bit(l, s, binary::B, i);
+        l.never(bit)
+    };
+    let mut top = (0..b_width).rev().find(|&i| !known_zero(l, i)).map_or(0, |top| top + 1);
+    let last = value_bit(l, s, binary::B, b_width - 1);
+    if b_signed && l.known(last) == Some(1) {
+        top = 0;
+    }
+    for i in 0..top {
+        let bit = value_bit(l, s, binary::B, i);
+        if !l.never(bit) {
+            let product = times(l, &result, &square);
+            result = select(l, bit, &product, &result);
         }
-    } else {
-        result[0] = 1;
-        let mut square = base;
-        let top = (0..b_width).rev().find(|&i| exponent[i as usize / 64] >> (i % 64) & 1 == 1);
-        for i in 0..top.map_or(0, |top| top + 1) {
-            if exponent[i as usize / 64] >> (i % 64) & 1 == 1 {
-                result = times(width, &result, &square);
-            }
-            square = times(width, &square, &square);
+        if i + 1 < top {
+            square = times(l, &square, &square);
         }
     }
-    for (y, w) in y.iter_mut().zip(result) {
-        *y = Word::known(w);
+    if b_signed {
+        // to a negative power: 0 is unknown, 1 is 1, -1 is what an odd or even number of it is, and all else is 0
+        let negative = value_bit(l, s, binary::B, b_width - 1);
+        let (is_zero, is_one) = (is(l, &base, 0), is(l, &base, 1));
+        let mut minus_one = if a_signed { one } else { zero };
+        for (i, &w) in base.iter().enumerate() {
+            let all = l.all(w, A::mask(width, i));
+            minus_one = l.and(minus_one, all);
+        }
+        let odd = value_bit(l, s, binary::B, 0);
+        let of_minus_one = select(l, odd, &base, &unit);
+        let none: Number<A> = SmallVec::from_elem(zero, base.len());
+        let of_others = select(l, is_one, &unit, &none);
+        let inverse = select(l, minus_one, &of_minus_one, &of_others);
+        result = select(l, negative, &inverse, &result);
+        let none = l.and(negative, is_zero);
+        unknown = l.or(unknown, none);
     }
+    put_number(l, s, width, unknown, &result);
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cell::{CellKind, evaluate};
+    use crate::value::Word;
+    use crate::value::word::{word_mask, words};
     use proptest::prelude::*;
+
+    fn divide(op: DivideOp, width: u32, signed: bool, a: &[Word], b: &[Word], y: &mut [Word]) {
+        evaluate(&CellKind::Divide { op, width, signed }, &[a, b], &mut [y]);
+    }
+
+    fn power(width: u32, b_width: u32, signed: (bool, bool), a: &[Word], b: &[Word], y: &mut [Word]) {
+        let kind = CellKind::Power { width, b_width, a_signed: signed.0, b_signed: signed.1 };
+        evaluate(&kind, &[a, b], &mut [y]);
+    }
 
     fn number(n: i128, width: u32) -> Vec<Word> {
         (0..words(width)).map(|i| Word::known((n >> (64 * i)) as u64 & word_mask(width, i))).collect()

@@ -220,6 +220,7 @@ impl CellKind {
             CellKind::Gate { op: GateOp::Buf, .. } => "buf",
             CellKind::Gate { op: GateOp::Not, .. } => "not",
             CellKind::AndOr { .. } => "and_or",
+            CellKind::Majority { .. } => "majority",
             CellKind::IsZero { .. } => "is_zero",
             CellKind::HalfAdder => "half_adder",
             CellKind::FullAdder => "full_adder",

@@ -16,7 +16,7 @@ use std::ops::AddAssign;
 
 use serde::Serialize;
 
-use super::{CellKind, GateOp};
+use super::{CellKind, GateOp, pin};
 
 /// How many there are of a word-level element, and how many bits they have together.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug, Serialize)]
@@ -136,6 +136,16 @@ pub enum Flow {
     Port,
 }
 
+/// What lies before an output.
+enum Depth {
+    /// No logic: a state, time, a joining of names.
+    None,
+    /// So many levels of gates.
+    Gates(u32),
+    /// An element of words, which counts as one level.
+    Element,
+}
+
 impl CellKind {
     /// What the cell is made of.
     #[must_use]
@@ -170,6 +180,8 @@ impl CellKind {
                 two_input_gates: bits * (u64::from(inputs) + joins(inputs)),
                 ..none
             },
+            // three ANDs and an OR of them
+            CellKind::Majority { .. } => Equipment { gates: bits * 4, two_input_gates: bits * 5, ..none },
             CellKind::IsZero { width } => Equipment { gates: 1, two_input_gates: joins(width), ..none },
             CellKind::Mux { width, .. } => Equipment { multiplexers: Parts::one(width), ..none },
             CellKind::HalfAdder => Equipment { half_adders: 1, ..none },
@@ -197,36 +209,51 @@ impl CellKind {
 
     /// How many inputs it has, for an element that takes any number of them.
     #[must_use]
+    #[expect(unreachable_patterns, reason = "those that take any number are stateless too")]
     pub fn fan_in(&self) -> Option<u32> {
         match *self {
             CellKind::Gate { op: GateOp::Buf | GateOp::Not, .. } => None,
             CellKind::Gate { inputs, .. } | CellKind::AndOr { inputs, .. } | CellKind::Mux { inputs, .. } => {
                 Some(inputs)
             }
-            _ => None,
+            // what only other formats make, or what has so many inputs as it always has
+            CellKind::Sr { .. }
+            | CellKind::Latch(_)
+            | CellKind::Flop(_)
+            | CellKind::EdgeFlop(_)
+            | CellKind::Counter(_)
+            | CellKind::Accumulator(_)
+            | CellKind::Memory(_)
+            | stateless!() => None,
         }
     }
 
     /// Whether its logic, if it has any, is gates, so that its levels are levels of gates and not of elements.
     #[must_use]
     pub fn is_gates(&self) -> bool {
-        let gates = matches!(
-            self,
-            CellKind::Gate { .. } | CellKind::AndOr { .. } | CellKind::IsZero { .. } | CellKind::Products { .. }
-        );
-        gates || (0..self.outputs().len()).all(|pin| self.levels(pin) == 0)
+        (0..self.outputs().len()).all(|pin| matches!(self.logic(pin), Depth::Gates(_) | Depth::None))
     }
 
     /// Levels of logic before output pin `index`: one a gate, whatever its fan-in; none for a buffer, which joins names;
     /// one for a word-level element as a whole, and for what a counter or accumulator makes of its state.
     #[must_use]
     pub fn levels(&self, index: usize) -> u32 {
+        match self.logic(index) {
+            Depth::None => 0,
+            Depth::Gates(levels) => levels,
+            Depth::Element => 1,
+        }
+    }
+
+    /// The logic before output pin `index`.
+    fn logic(&self, index: usize) -> Depth {
         match self {
-            CellKind::Gate { op: GateOp::Buf, .. } => 0,
-            CellKind::AndOr { .. } => 2,
-            CellKind::Gate { .. }
-            | CellKind::IsZero { .. }
-            | CellKind::Mux { .. }
+            CellKind::Gate { op: GateOp::Buf, .. } => Depth::None,
+            CellKind::Gate { .. } | CellKind::IsZero { .. } => Depth::Gates(1),
+            CellKind::AndOr { .. } | CellKind::Products { .. } => Depth::Gates(2),
+            // two levels of gates of two inputs or three
+            CellKind::Majority { .. } => Depth::Gates(2),
+            CellKind::Mux { .. }
             | CellKind::HalfAdder
             | CellKind::FullAdder
             | CellKind::Adder { .. }
@@ -242,33 +269,70 @@ impl CellKind {
             | CellKind::CarrySave { .. }
             | CellKind::Carry { .. }
             | CellKind::Alu(_)
-            | CellKind::Tristate { .. } => 1,
-            CellKind::Products { .. } => 2,
-            CellKind::Counter(_) | CellKind::Accumulator(_) => u32::from(index == 1),
-            CellKind::Memory(m) => u32::from(m.reads.iter().any(|r| r.clock.is_none())),
-            _ => 0,
+            | CellKind::Tristate { .. } => Depth::Element,
+            CellKind::Counter(_) | CellKind::Accumulator(_) if index == 1 => Depth::Element,
+            CellKind::Memory(m) if m.reads.iter().any(|r| r.clock.is_none()) => Depth::Element,
+            CellKind::Counter(_)
+            | CellKind::Accumulator(_)
+            | CellKind::Memory(_)
+            | CellKind::Resolve { .. }
+            | CellKind::Constant(_)
+            | CellKind::Sr { .. }
+            | CellKind::Latch(_)
+            | CellKind::Flop(_)
+            | CellKind::EdgeFlop(_)
+            | CellKind::Clock(_)
+            | CellKind::Delay { .. }
+            | CellKind::RcDelay(_) => Depth::None,
         }
     }
 
     /// Which bits of output pin `output` can change at once with input pin `input`.
     #[must_use]
     pub fn flow(&self, input: usize, output: usize) -> Flow {
-        match (self, input, output) {
-            (CellKind::Gate { .. } | CellKind::Resolve { .. }, ..) => Flow::Bitwise,
-            (CellKind::AndOr { .. } | CellKind::Mux { .. } | CellKind::Tristate { .. }, 0, _) => Flow::Bitwise,
-            (CellKind::AndOr { .. } | CellKind::Mux { .. } | CellKind::Tristate { .. }, ..)
-            | (CellKind::HalfAdder | CellKind::FullAdder | CellKind::Adder { .. }, ..)
-            | (CellKind::Multiply { .. } | CellKind::Compare { .. } | CellKind::IsZero { .. }, ..) => Flow::Whole,
-            (CellKind::OneHotMux { .. }, 0, _)
-            | (CellKind::BitMux { .. } | CellKind::BitSame { .. } | CellKind::CarrySave { .. }, ..) => Flow::Bitwise,
-            (CellKind::Shift { .. } | CellKind::Divide { .. } | CellKind::Power { .. }, ..)
-            | (CellKind::OneHotMux { .. } | CellKind::Demux { .. } | CellKind::Products { .. }, ..)
-            | (CellKind::Carry { .. } | CellKind::Alu(_), ..) => Flow::Whole,
+        let bitwise = |is: bool| if is { Flow::Bitwise } else { Flow::Whole };
+        match self {
+            CellKind::Gate { .. }
+            | CellKind::Majority { .. }
+            | CellKind::Resolve { .. }
+            | CellKind::BitMux { .. }
+            | CellKind::BitSame { .. }
+            | CellKind::CarrySave { .. } => Flow::Bitwise,
+            CellKind::AndOr { .. } => bitwise(input == pin::and_or::IN),
+            CellKind::Mux { .. } => bitwise(input == pin::mux::IN),
+            CellKind::Tristate { .. } => bitwise(input == pin::tristate::A),
+            // of the inputs that are chosen from all bits, for `b` is all of them in one
+            CellKind::OneHotMux { .. } => bitwise(input == pin::chosen::A),
+            CellKind::HalfAdder
+            | CellKind::FullAdder
+            | CellKind::Adder { .. }
+            | CellKind::Multiply { .. }
+            | CellKind::Compare { .. }
+            | CellKind::IsZero { .. }
+            | CellKind::Shift { .. }
+            | CellKind::Divide { .. }
+            | CellKind::Power { .. }
+            | CellKind::Demux { .. }
+            | CellKind::Products { .. }
+            | CellKind::Carry { .. }
+            | CellKind::Alu(_) => Flow::Whole,
             // of a port of its own, which is all that it can say
-            (CellKind::Memory(_), 4, _) => Flow::Port,
+            CellKind::Memory(_) if input == pin::memory::RD_ADDR => Flow::Port,
             // the carry of q + d + ci
-            (CellKind::Accumulator(_), 1 | 2, 1) => Flow::Whole,
-            _ => Flow::None,
+            CellKind::Accumulator(_) if output == 1 && matches!(input, pin::accumulator::D | pin::accumulator::CI) => {
+                Flow::Whole
+            }
+            CellKind::Memory(_)
+            | CellKind::Accumulator(_)
+            | CellKind::Constant(_)
+            | CellKind::Sr { .. }
+            | CellKind::Latch(_)
+            | CellKind::Flop(_)
+            | CellKind::EdgeFlop(_)
+            | CellKind::Counter(_)
+            | CellKind::Clock(_)
+            | CellKind::Delay { .. }
+            | CellKind::RcDelay(_) => Flow::None,
         }
     }
 

@@ -1,9 +1,11 @@
 //! Gates of any width and fan-in, and the AND-OR multiplexer made of them. Bitwise, four-valued.
 
+use super::CellKind;
+use super::algebra::{Algebra, Site, input, part};
 use super::element::{Arguments, Element, Kind, Parameter, Port};
-use super::{CellKind, word_of};
+use super::pin::several::IN;
+use super::pin::{and_or, ternary};
 use crate::value::Word;
-use crate::value::word::{mask, word_mask, words};
 
 /// What a gate does to each bit of its inputs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
@@ -34,19 +36,7 @@ impl GateOp {
         matches!(self, GateOp::Nand | GateOp::Nor | GateOp::Xnor | GateOp::Not)
     }
 
-    /// Two inputs joined, before any inversion.
-    #[inline(always)]
-    #[must_use]
-    pub const fn join(self, a: Word, b: Word) -> Word {
-        match self {
-            GateOp::And | GateOp::Nand => a.and(b),
-            GateOp::Xor | GateOp::Xnor => a.xor(b),
-            GateOp::Or | GateOp::Nor | GateOp::Buf | GateOp::Not => a.or(b),
-        }
-    }
-
     /// What joining starts from: 1 for AND, 0 for the others.
-    #[inline(always)]
     #[must_use]
     pub const fn identity(self, mask: u64) -> Word {
         match self {
@@ -54,69 +44,127 @@ impl GateOp {
             _ => Word::ZERO,
         }
     }
+}
 
-    /// The output: the joined inputs, inverted where the gate inverts, limited to `mask`.
-    #[inline(always)]
-    #[must_use]
-    pub const fn finish(self, joined: Word, mask: u64) -> Word {
-        if self.inverts() {
-            joined.not(mask)
-        } else {
-            let w = joined.read();
-            Word { v: w.v & mask, u: w.u & mask }
-        }
+/// Two inputs joined, before any inversion.
+#[inline(always)]
+pub fn join<A: Algebra>(l: &mut A, op: GateOp, a: A::Word, b: A::Word) -> A::Word {
+    match op {
+        GateOp::And | GateOp::Nand => l.and4(a, b),
+        GateOp::Xor | GateOp::Xnor => l.xor4(a, b),
+        GateOp::Or | GateOp::Nor | GateOp::Buf | GateOp::Not => l.or4(a, b),
     }
+}
 
-    /// All bits of `w` within `mask` joined into one.
-    #[inline(always)]
-    #[must_use]
-    pub const fn reduce(self, w: Word, mask: u64) -> Word {
-        let (ones, unknown) = (w.ones() & mask, w.u & mask);
-        let zeros = mask & !(ones | unknown);
-        match self {
-            GateOp::And | GateOp::Nand => {
-                Word { v: (zeros | unknown == 0) as u64, u: (zeros == 0 && unknown != 0) as u64 }
-            }
-            GateOp::Xor | GateOp::Xnor => {
-                let u = (unknown != 0) as u64;
-                Word { v: (ones.count_ones() as u64 & 1) & !u, u }
-            }
-            _ => Word { v: (ones != 0) as u64, u: (ones == 0 && unknown != 0) as u64 },
+/// The output of the joined inputs: inverted where the gate inverts, never z.
+#[inline(always)]
+pub fn finish<A: Algebra>(l: &mut A, op: GateOp, joined: A::Word, mask: u64) -> A::Word {
+    if op.inverts() { l.not4(joined, mask) } else { l.read4(joined) }
+}
+
+/// All bits of `w`, which has those of `mask`, joined into one.
+#[inline(always)]
+pub fn reduce<A: Algebra>(l: &mut A, op: GateOp, w: A::Word, mask: u64) -> A::Word {
+    if mask == 1 {
+        return l.read4(w);
+    }
+    let (ones, (v, u)) = (l.ones(w), A::planes(w));
+    let unknown = l.any(u);
+    match op {
+        GateOp::And | GateOp::Nand => {
+            let some = l.or(v, u);
+            let (all, no_zero) = (l.all(ones, mask), l.all(some, mask));
+            A::word(all, l.and(no_zero, unknown))
+        }
+        GateOp::Xor | GateOp::Xnor => {
+            let odd = l.parity(ones);
+            A::word(l.and_not(odd, unknown), unknown)
+        }
+        GateOp::Or | GateOp::Nor | GateOp::Buf | GateOp::Not => {
+            let any = l.any(ones);
+            A::word(any, l.and_not(unknown, any))
         }
     }
 }
 
-/// `inputs` vectors of `width` bits, one after another in `ins`, through a gate into `y`.
-pub fn gate(op: GateOp, width: u32, inputs: u32, ins: &[Word], y: &mut [Word]) {
+/// One word of the output of a gate with these inputs, of which there is at least one.
+#[inline(always)]
+pub fn gate_word<A: Algebra>(
+    l: &mut A,
+    op: GateOp,
+    inputs: usize,
+    mask: u64,
+    input: impl Fn(&mut A, usize) -> A::Word,
+) -> A::Word {
+    let mut joined = input(l, 0);
+    for k in 1..inputs {
+        let one = input(l, k);
+        joined = join(l, op, joined, one);
+    }
+    finish(l, op, joined, mask)
+}
+
+/// `inputs` vectors of `width` bits, one after another, through a gate.
+#[inline(always)]
+pub(super) fn gate<A: Algebra>(l: &mut A, s: &mut impl Site<A>, op: GateOp, width: u32, inputs: u32) {
     if width == 1 {
-        let joined =
-            (0..words(inputs)).fold(op.identity(1), |acc, i| op.join(acc, op.reduce(ins[i], word_mask(inputs, i))));
-        y[0] = op.finish(joined, 1);
-        return;
+        let y = gate_word(l, op, A::words(inputs), 1, |l, i| reduce(l, op, s.get(IN, i), A::mask(inputs, i)));
+        return s.put(0, 0, y);
     }
-    for (i, y) in y.iter_mut().enumerate().take(words(width)) {
-        let m = word_mask(width, i);
-        let joined = (0..inputs).fold(op.identity(m), |acc, k| op.join(acc, word_of(ins, k * width, width, i)));
-        *y = op.finish(joined, m);
+    for i in 0..A::words(width) {
+        let y = gate_word(l, op, inputs as usize, A::mask(width, i), |l, k| input(l, s, IN, width, k as u32, i));
+        s.put(0, i, y);
     }
+}
+
+/// What an AND-OR multiplexer has of its inputs so far, and one more with its select in all bits.
+#[inline(always)]
+pub fn and_or_step<A: Algebra>(l: &mut A, before: A::Word, input: A::Word, select: A::Word) -> A::Word {
+    let one = l.and4(input, select);
+    l.or4(before, one)
 }
 
 /// The AND-OR multiplexer: `y = (in[0] & sel[0]) | (in[1] & sel[1]) | …`.
-pub fn and_or(width: u32, inputs: u32, ins: &[Word], sel: &[Word], y: &mut [Word]) {
-    for (i, y) in y.iter_mut().enumerate().take(words(width)) {
-        let m = word_mask(width, i);
-        *y = (0..inputs).fold(Word::ZERO, |acc, k| {
-            let gate = word_of(sel, k, 1, 0).splat(m);
-            acc.or(word_of(ins, k * width, width, i).and(gate))
-        });
+#[inline(always)]
+pub(super) fn and_or<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32, inputs: u32) {
+    for i in 0..A::words(width) {
+        let mut y = l.literal(Word::ZERO);
+        for k in 0..inputs {
+            let (v, u) = A::planes(part(l, s, and_or::SEL, k, 1));
+            let m = A::mask(width, i);
+            let select = A::word(l.splat(v, m), l.splat(u, m));
+            let one = input(l, s, and_or::IN, width, k, i);
+            y = and_or_step(l, y, one, select);
+        }
+        s.put(0, i, y);
     }
 }
 
-/// 1 where no bit is 1, x where that depends on an unknown bit.
-#[must_use]
-pub fn is_zero(width: u32, a: &[Word]) -> Word {
-    let any = (0..words(width)).fold(Word::ZERO, |acc, i| acc.or(GateOp::Or.reduce(a[i], word_mask(width, i))));
-    any.not(mask(1))
+/// Whether no bit of what has been joined by OR is 1; x where that depends on an unknown one.
+#[inline(always)]
+pub(super) fn is_zero<A: Algebra>(l: &mut A, width: u32, word: impl Fn(&mut A, usize) -> A::Word) -> A::Word {
+    gate_word(l, GateOp::Nor, A::words(width), 1, |l, i| {
+        let w = word(l, i);
+        reduce(l, GateOp::Or, w, A::mask(width, i))
+    })
+}
+
+/// Bit by bit what two of three are.
+#[inline(always)]
+pub fn majority_word<A: Algebra>(l: &mut A, a: A::Word, b: A::Word, c: A::Word) -> A::Word {
+    let (both, some) = (l.and4(a, b), l.or4(a, b));
+    let with = l.and4(some, c);
+    l.or4(both, with)
+}
+
+/// Bit by bit 1 where two or three of the inputs are.
+#[inline(always)]
+pub(super) fn majority<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
+    for i in 0..A::words(width) {
+        let [a, b, c] = [ternary::A, ternary::B, ternary::C].map(|pin| s.get(pin, i));
+        let y = majority_word(l, a, b, c);
+        s.put(0, i, y);
+    }
 }
 
 const WIDTH: Parameter =

@@ -23,28 +23,6 @@ use crate::Value;
 use crate::value::Word;
 use crate::value::word::{mask, word_mask, words};
 
-/// The pins, by their place among [`CellKind::inputs`](super::CellKind::inputs).
-pub mod pin {
-    /// The clocks of the read ports, a bit each.
-    pub const RD_CLK: usize = 0;
-    /// The enables of the read ports, a bit each.
-    pub const RD_EN: usize = 1;
-    /// The asynchronous resets of the read ports, a bit each.
-    pub const RD_ARST: usize = 2;
-    /// The synchronous resets of the read ports, a bit each.
-    pub const RD_SRST: usize = 3;
-    /// The addresses of the read ports.
-    pub const RD_ADDR: usize = 4;
-    /// The clocks of the write ports, a bit each.
-    pub const WR_CLK: usize = 5;
-    /// The enables of the write ports, a bit for each bit of a word.
-    pub const WR_EN: usize = 6;
-    /// The addresses of the write ports.
-    pub const WR_ADDR: usize = 7;
-    /// The data of the write ports.
-    pub const WR_DATA: usize = 8;
-}
-
 /// A memory. Pins hold all ports, the first in the low bits; words have addresses from `offset` up.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Memory {

@@ -4,6 +4,40 @@
 //! circuit files name the [elements](element::Element). This room does not know who calls it: no netlist, no time
 //! queue, no files.
 
+/// The pattern of all kinds that keep no state.
+macro_rules! stateless {
+    () => {
+        CellKind::Gate { .. }
+            | CellKind::AndOr { .. }
+            | CellKind::Majority { .. }
+            | CellKind::Mux { .. }
+            | CellKind::HalfAdder
+            | CellKind::FullAdder
+            | CellKind::Adder { .. }
+            | CellKind::Multiply { .. }
+            | CellKind::Compare { .. }
+            | CellKind::Shift { .. }
+            | CellKind::Divide { .. }
+            | CellKind::Power { .. }
+            | CellKind::OneHotMux { .. }
+            | CellKind::Demux { .. }
+            | CellKind::BitMux { .. }
+            | CellKind::BitSame { .. }
+            | CellKind::Products { .. }
+            | CellKind::CarrySave { .. }
+            | CellKind::Carry { .. }
+            | CellKind::Alu(_)
+            | CellKind::IsZero { .. }
+            | CellKind::Tristate { .. }
+            | CellKind::Resolve { .. }
+            | CellKind::Constant(_)
+            | CellKind::Clock(_)
+            | CellKind::Delay { .. }
+            | CellKind::RcDelay(_)
+    };
+}
+
+pub mod algebra;
 pub mod arith;
 pub mod carry;
 pub mod choose;
@@ -14,27 +48,31 @@ pub mod equipment;
 mod evaluate;
 pub mod gate;
 pub mod memory;
+pub mod pin;
 pub mod select;
 pub mod shift;
 pub mod storage;
 pub mod time;
+mod words;
 
 use crate::Value;
 
+pub use algebra::{Algebra, Site};
 pub use arith::AddOp;
 pub use carry::Alu;
 pub use counter::{Accumulator, Counter};
 pub use divide::DivideOp;
 pub use element::{Argument, Arguments, Element, element, elements};
 pub use equipment::{Equipment, Flow, Parts};
-use evaluate::word_of;
-pub use evaluate::{clocked, evaluate};
+pub use evaluate::{act, at_edge, clocked, derived, evaluate, level};
 pub use gate::GateOp;
 pub use memory::Memory;
+pub use pin::{Pin, Role};
 pub use select::CompareOp;
 pub use shift::ShiftOp;
 pub use storage::{Edge, Flop};
 pub use time::{Clock, Rc};
+pub use words::Words;
 
 /// A primitive cell: what it does and how wide it is.
 ///
@@ -57,6 +95,11 @@ pub enum CellKind {
         width: u32,
         /// Number of inputs.
         inputs: u32,
+    },
+    /// Majority gate of three inputs.
+    Majority {
+        /// Bits of each input.
+        width: u32,
     },
     /// Multiplexer with a binary select.
     Mux {
@@ -222,241 +265,140 @@ pub enum CellKind {
     RcDelay(Rc),
 }
 
-/// What an input pin is to its cell.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Role {
-    /// Its change can change an output at once.
-    Data,
-    /// Read only at a clock edge.
-    Sampled,
-    /// The clock.
-    Clock,
-    /// A control that acts at once: set, reset, asynchronous load, enable of a latch.
-    Level,
-    /// A control that is read at the clock edge.
-    Enable,
-    /// A control that acts when it becomes active, as the clock does at its rising edge.
-    Trigger,
-    /// The input of a delay: its change changes an output later.
-    Delayed,
+/// What the pins of a kind are, in order.
+struct Shape {
+    inputs: &'static [Pin],
+    outputs: &'static [&'static str],
 }
-
-/// An input pin.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Pin {
-    /// The name.
-    pub name: &'static str,
-    /// What it is to its cell.
-    pub role: Role,
-    /// What it reads when it is not connected, in every bit.
-    pub default: bool,
-}
-
-const fn pin(name: &'static str, role: Role) -> Pin {
-    Pin { name, role, default: false }
-}
-
-const fn high(name: &'static str, role: Role) -> Pin {
-    Pin { name, role, default: true }
-}
-
-use Role::{Data, Delayed, Enable, Level, Sampled, Trigger};
-const CLK: Pin = pin("clk", Role::Clock);
-const UNARY: &[Pin] = &[pin("a", Data)];
-const BINARY: &[Pin] = &[pin("a", Data), pin("b", Data)];
-const SEVERAL: &[Pin] = &[pin("in", Data)];
-const AND_OR: &[Pin] = &[pin("in", Data), pin("sel", Data)];
-const MUX: &[Pin] = &[pin("in", Data), pin("s", Data)];
-const TRISTATE: &[Pin] = &[pin("a", Data), pin("en", Data)];
-const SR: &[Pin] = &[pin("s", Level), pin("r", Level)];
-const DELAY: &[Pin] = &[pin("a", Delayed)];
-const ADD: &[Pin] = &[pin("a", Data), pin("b", Data), pin("ci", Data)];
-const SUB: &[Pin] = &[pin("a", Data), pin("b", Data), pin("bi", Data)];
-const ADD_SUB: &[Pin] = &[pin("a", Data), pin("b", Data), pin("ci", Data), pin("sub", Data)];
-/// The order of a flip-flop's pins is that of `storage::Controls` after clock and data.
-const FLOP: &[Pin] = &[
-    CLK,
-    pin("d", Data),
-    pin("aload", Level),
-    pin("set", Level),
-    pin("reset", Level),
-    high("en", Enable),
-    pin("sync_set", Enable),
-    pin("sync_reset", Enable),
-];
-const LATCH: &[Pin] = &[pin("en", Level), pin("d", Data), pin("set", Level), pin("reset", Level)];
-const ONE_HOT: &[Pin] = &[pin("a", Data), pin("b", Data), pin("s", Data)];
-const DEMUX: &[Pin] = &[pin("a", Data), pin("s", Data)];
-const CARRY_SAVE: &[Pin] = &[pin("a", Data), pin("b", Data), pin("c", Data)];
-const CARRY: &[Pin] = &[pin("p", Data), pin("g", Data), pin("ci", Data)];
-const ALU: &[Pin] = &[pin("a", Data), pin("b", Data), pin("ci", Data), pin("bi", Data)];
-const EDGE_FLOP: &[Pin] = &[
-    CLK,
-    pin("d", Sampled),
-    pin("ad", Sampled),
-    pin("aload", Trigger),
-    pin("set", Trigger),
-    pin("reset", Trigger),
-    high("en", Enable),
-];
-const COUNTER: &[Pin] = &[
-    CLK,
-    pin("d", Data),
-    pin("aload", Level),
-    pin("reset", Level),
-    high("en", Enable),
-    pin("down", Sampled),
-    pin("load", Enable),
-];
-/// Each pin is that of all ports.
-const MEMORY: &[Pin] = &[
-    pin("rd_clk", Role::Clock),
-    pin("rd_en", Enable),
-    pin("rd_arst", Level),
-    pin("rd_srst", Enable),
-    pin("rd_addr", Data),
-    pin("wr_clk", Role::Clock),
-    pin("wr_en", Enable),
-    pin("wr_addr", Data),
-    pin("wr_data", Data),
-];
-const ACCUMULATOR: &[Pin] = &[CLK, pin("d", Data), pin("ci", Data), pin("reset", Level), high("en", Enable)];
 
 impl CellKind {
+    fn shape(&self) -> Shape {
+        let (inputs, outputs): (_, &[&str]) = match self {
+            CellKind::Gate { op: GateOp::Buf | GateOp::Not, .. } | CellKind::IsZero { .. } => {
+                (pin::unary::PINS, &["y"])
+            }
+            CellKind::Gate { .. } | CellKind::Resolve { .. } => (pin::several::PINS, &["y"]),
+            CellKind::AndOr { .. } => (pin::and_or::PINS, &["y"]),
+            CellKind::Majority { .. } => (pin::ternary::PINS, &["y"]),
+            CellKind::Mux { .. } => (pin::mux::PINS, &["y"]),
+            CellKind::HalfAdder => (pin::binary::PINS, &["s", "co"]),
+            CellKind::FullAdder => (pin::add::PINS, &["s", "co"]),
+            CellKind::Adder { op: AddOp::Add, .. } => (pin::add::PINS, &["y", "co"]),
+            CellKind::Adder { op: AddOp::Sub, .. } => (pin::sub::PINS, &["y", "bo"]),
+            CellKind::Adder { op: AddOp::AddSub, .. } => (pin::add_sub::PINS, &["y", "co"]),
+            CellKind::Multiply { .. }
+            | CellKind::Compare { .. }
+            | CellKind::Shift { .. }
+            | CellKind::Divide { .. }
+            | CellKind::Power { .. }
+            | CellKind::BitSame { .. } => (pin::binary::PINS, &["y"]),
+            CellKind::OneHotMux { .. } | CellKind::BitMux { .. } => (pin::chosen::PINS, &["y"]),
+            CellKind::Demux { .. } => (pin::demux::PINS, &["y"]),
+            CellKind::Products { .. } => (pin::unary::PINS, &["y"]),
+            CellKind::CarrySave { .. } => (pin::ternary::PINS, &["x", "y"]),
+            CellKind::Carry { .. } => (pin::carry::PINS, &["co"]),
+            CellKind::Alu(_) => (pin::alu::PINS, &["x", "y", "co"]),
+            CellKind::Tristate { .. } => (pin::tristate::PINS, &["y"]),
+            CellKind::Constant(_) | CellKind::Clock(_) => (pin::none::PINS, &["y"]),
+            CellKind::Sr { .. } => (pin::sr::PINS, &["q", "qn"]),
+            CellKind::Latch(_) => (pin::latch::PINS, &["q", "qn"]),
+            CellKind::Flop(_) => (pin::flop::PINS, &["q", "qn"]),
+            CellKind::EdgeFlop(_) => (pin::edge_flop::PINS, &["q"]),
+            CellKind::Counter(_) => (pin::counter::PINS, &["q", "zero"]),
+            CellKind::Accumulator(_) => (pin::accumulator::PINS, &["q", "co"]),
+            CellKind::Memory(_) => (pin::memory::PINS, &["rd_data"]),
+            CellKind::Delay { .. } | CellKind::RcDelay(_) => (pin::delay::PINS, &["y"]),
+        };
+        Shape { inputs, outputs }
+    }
+
     /// The input pins in order.
     #[must_use]
     pub fn inputs(&self) -> &'static [Pin] {
-        match self {
-            CellKind::Gate { op: GateOp::Buf | GateOp::Not, .. } | CellKind::IsZero { .. } => UNARY,
-            CellKind::Gate { .. } | CellKind::Resolve { .. } => SEVERAL,
-            CellKind::AndOr { .. } => AND_OR,
-            CellKind::Mux { .. } => MUX,
-            CellKind::FullAdder | CellKind::Adder { op: AddOp::Add, .. } => ADD,
-            CellKind::Adder { op: AddOp::Sub, .. } => SUB,
-            CellKind::Adder { op: AddOp::AddSub, .. } => ADD_SUB,
-            CellKind::HalfAdder | CellKind::Multiply { .. } | CellKind::Compare { .. } => BINARY,
-            CellKind::Shift { .. } | CellKind::Divide { .. } | CellKind::Power { .. } | CellKind::BitSame { .. } => {
-                BINARY
-            }
-            CellKind::OneHotMux { .. } | CellKind::BitMux { .. } => ONE_HOT,
-            CellKind::Demux { .. } => DEMUX,
-            CellKind::Products { .. } => UNARY,
-            CellKind::CarrySave { .. } => CARRY_SAVE,
-            CellKind::Carry { .. } => CARRY,
-            CellKind::Alu(_) => ALU,
-            CellKind::EdgeFlop(_) => EDGE_FLOP,
-            CellKind::Tristate { .. } => TRISTATE,
-            CellKind::Constant(_) | CellKind::Clock(_) => &[],
-            CellKind::Sr { .. } => SR,
-            CellKind::Latch(_) => LATCH,
-            CellKind::Flop(_) => FLOP,
-            CellKind::Counter(_) => COUNTER,
-            CellKind::Accumulator(_) => ACCUMULATOR,
-            CellKind::Memory(_) => MEMORY,
-            CellKind::Delay { .. } | CellKind::RcDelay(_) => DELAY,
-        }
+        self.shape().inputs
     }
 
     /// The names of the output pins in order. The first is the state of a storage cell.
     #[must_use]
     pub fn outputs(&self) -> &'static [&'static str] {
-        match self {
-            CellKind::HalfAdder | CellKind::FullAdder => &["s", "co"],
-            CellKind::Adder { op: AddOp::Sub, .. } => &["y", "bo"],
-            CellKind::Adder { .. } => &["y", "co"],
-            CellKind::CarrySave { .. } => &["x", "y"],
-            CellKind::Carry { .. } => &["co"],
-            CellKind::Alu(_) => &["x", "y", "co"],
-            CellKind::EdgeFlop(_) => &["q"],
-            CellKind::Memory(_) => &["rd_data"],
-            CellKind::Sr { .. } | CellKind::Latch(_) | CellKind::Flop(_) => &["q", "qn"],
-            CellKind::Counter(_) => &["q", "zero"],
-            CellKind::Accumulator(_) => &["q", "co"],
-            _ => &["y"],
-        }
+        self.shape().outputs
     }
 
-    /// Whether a change of input pin `index` can change an output at once, where `connected` tells which pins are.
-    #[must_use]
-    pub fn acts_at_once(&self, index: usize, connected: impl Fn(usize) -> bool) -> bool {
-        match (self, index) {
-            // `d` of a flip-flop or counter passes at once only through an asynchronous load
-            (CellKind::Flop(_) | CellKind::Counter(_), 1) => connected(2),
-            (CellKind::Memory(m), 4) => m.reads.iter().any(|r| r.clock.is_none()),
-            (CellKind::Memory(m), 6..) => m.writes.iter().any(|w| w.clock.is_none()),
-            _ => matches!(self.inputs()[index].role, Role::Data | Role::Level),
+    /// The width in bits of each pin: of the inputs in order, and of the outputs.
+    fn widths(&self) -> Widths {
+        let w = |inputs: &[u32], outputs: &[u32]| Widths::new(inputs, outputs);
+        match self {
+            CellKind::Gate { width, inputs, .. } | CellKind::Resolve { width, inputs } => {
+                w(&[width * inputs], &[*width])
+            }
+            CellKind::AndOr { width, inputs } => w(&[width * inputs, *inputs], &[*width]),
+            CellKind::Majority { width } => w(&[*width; 3], &[*width]),
+            CellKind::Mux { width, inputs } => w(&[width * inputs, select::select_width(*inputs)], &[*width]),
+            CellKind::HalfAdder => w(&[1; 2], &[1; 2]),
+            CellKind::FullAdder => w(&[1; 3], &[1; 2]),
+            CellKind::Adder { width, .. } => w(&[*width, *width, 1, 1], &[*width, 1]),
+            CellKind::Multiply { a_width, b_width, .. } => w(&[*a_width, *b_width], &[a_width + b_width]),
+            CellKind::Compare { width, .. } => w(&[*width; 2], &[1]),
+            CellKind::Shift { a_width, b_width, width, .. } => w(&[*a_width, *b_width], &[*width]),
+            CellKind::Divide { width, .. } => w(&[*width; 2], &[*width]),
+            CellKind::Power { width, b_width, .. } => w(&[*width, *b_width], &[*width]),
+            CellKind::OneHotMux { width, inputs } => w(&[*width, width * inputs, *inputs], &[*width]),
+            CellKind::Demux { width, select } => w(&[*width, *select], &[width << select]),
+            CellKind::BitMux { width } => w(&[*width; 3], &[*width]),
+            CellKind::BitSame { width } => w(&[*width; 2], &[*width]),
+            CellKind::Products { width, .. } => w(&[*width], &[1]),
+            CellKind::CarrySave { width } => w(&[*width; 3], &[*width; 2]),
+            CellKind::Carry { width } => w(&[*width, *width, 1], &[*width]),
+            CellKind::Alu(alu) => w(&[alu.a_width, alu.b_width, 1, 1], &[alu.width; 3]),
+            CellKind::IsZero { width } => w(&[*width], &[1]),
+            CellKind::Tristate { width } => w(&[*width, 1], &[*width]),
+            CellKind::Constant(value) => w(&[], &[value.width()]),
+            CellKind::Sr { init, .. } => w(&[1; 2], &[init.width(); 2]),
+            CellKind::Latch(f) => w(&[1, f.init.width(), 1, 1], &[f.init.width(); 2]),
+            CellKind::Flop(f) => w(&[1, f.init.width(), 1, 1, 1, 1, 1, 1], &[f.init.width(); 2]),
+            CellKind::EdgeFlop(f) => w(&[1, f.init.width(), f.init.width(), 1, 1, 1, 1], &[f.init.width()]),
+            CellKind::Counter(c) => w(&[1, c.init.width(), 1, 1, 1, 1, 1], &[c.init.width(), 1]),
+            CellKind::Accumulator(a) => w(&[1, a.init.width(), 1, 1, 1], &[a.init.width(), 1]),
+            CellKind::Memory(m) => {
+                let (reads, writes) = (m.reads.len() as u32, m.writes.len() as u32);
+                let data = writes * m.width;
+                w(
+                    &[reads, reads, reads, reads, reads * m.abits, writes, data, writes * m.abits, data],
+                    &[m.start.width()],
+                )
+            }
+            CellKind::Clock(_) => w(&[], &[1]),
+            CellKind::Delay { width, .. } => w(&[*width], &[*width]),
+            CellKind::RcDelay(_) => w(&[1], &[1]),
         }
     }
 
     /// The width in bits of input pin `index`.
     #[must_use]
     pub fn input_width(&self, index: usize) -> u32 {
-        match (self, index) {
-            (CellKind::Gate { width, inputs, .. } | CellKind::Resolve { width, inputs }, _) => width * inputs,
-            (CellKind::AndOr { width, inputs } | CellKind::Mux { width, inputs }, 0) => width * inputs,
-            (CellKind::AndOr { inputs, .. }, _) => *inputs,
-            (CellKind::Mux { inputs, .. }, _) => select::select_width(*inputs),
-            (CellKind::Adder { width, .. }, 0 | 1) => *width,
-            (CellKind::Multiply { a_width, .. }, 0) => *a_width,
-            (CellKind::Multiply { b_width, .. }, _) => *b_width,
-            (CellKind::Compare { width, .. } | CellKind::IsZero { width } | CellKind::Delay { width, .. }, _) => *width,
-            (CellKind::Tristate { width }, 0) => *width,
-            (CellKind::Shift { a_width, .. }, 0) => *a_width,
-            (CellKind::Shift { b_width, .. }, _) | (CellKind::Power { b_width, .. }, 1) => *b_width,
-            (CellKind::Divide { width, .. } | CellKind::Power { width, .. }, _) => *width,
-            (CellKind::OneHotMux { width, .. } | CellKind::Demux { width, .. }, 0) => *width,
-            (CellKind::OneHotMux { width, inputs }, 1) => width * inputs,
-            (CellKind::OneHotMux { inputs, .. }, _) => *inputs,
-            (CellKind::Demux { select, .. }, _) => *select,
-            (CellKind::BitMux { width } | CellKind::BitSame { width } | CellKind::Products { width, .. }, _) => *width,
-            (CellKind::CarrySave { width }, _) | (CellKind::Carry { width }, 0 | 1) => *width,
-            (CellKind::Alu(alu), 0) => alu.a_width,
-            (CellKind::Alu(alu), 1) => alu.b_width,
-            (CellKind::EdgeFlop(f), 1 | 2) => f.init.width(),
-            (CellKind::Latch(f) | CellKind::Flop(f), 1) => f.init.width(),
-            (CellKind::Counter(c), 1) => c.init.width(),
-            (CellKind::Accumulator(a), 1) => a.init.width(),
-            (CellKind::Memory(m), 0..=3) => m.reads.len() as u32,
-            (CellKind::Memory(m), 4) => m.reads.len() as u32 * m.abits,
-            (CellKind::Memory(m), 5) => m.writes.len() as u32,
-            (CellKind::Memory(m), 7) => m.writes.len() as u32 * m.abits,
-            (CellKind::Memory(m), _) => m.writes.len() as u32 * m.width,
-            _ => 1,
-        }
+        self.widths().inputs[index]
     }
 
     /// The width in bits of output pin `index`.
     #[must_use]
     pub fn output_width(&self, index: usize) -> u32 {
+        self.widths().outputs[index]
+    }
+
+    /// Whether a change of input pin `index` can change an output at once, where `connected` tells which pins are.
+    #[must_use]
+    pub fn acts_at_once(&self, index: usize, connected: impl Fn(usize) -> bool) -> bool {
+        let own = matches!(self.inputs()[index].role, Role::Data | Role::Level);
         match (self, index) {
-            (
-                CellKind::Gate { width, .. }
-                | CellKind::AndOr { width, .. }
-                | CellKind::Mux { width, .. }
-                | CellKind::Tristate { width }
-                | CellKind::Resolve { width, .. }
-                | CellKind::Delay { width, .. }
-                | CellKind::Adder { width, .. }
-                | CellKind::Shift { width, .. }
-                | CellKind::Divide { width, .. }
-                | CellKind::Power { width, .. }
-                | CellKind::OneHotMux { width, .. }
-                | CellKind::BitMux { width }
-                | CellKind::BitSame { width }
-                | CellKind::Carry { width },
-                0,
-            ) => *width,
-            (CellKind::CarrySave { width }, _) => *width,
-            (CellKind::Demux { width, select }, _) => width << select,
-            (CellKind::Alu(alu), _) => alu.width,
-            (CellKind::EdgeFlop(f), _) => f.init.width(),
-            (CellKind::Multiply { a_width, b_width, .. }, _) => a_width + b_width,
-            (CellKind::Constant(v), _) => v.width(),
-            (CellKind::Latch(f) | CellKind::Flop(f), _) => f.init.width(),
-            (CellKind::Counter(c), 0) => c.init.width(),
-            (CellKind::Accumulator(a), 0) => a.init.width(),
-            (CellKind::Memory(m), _) => m.start.width(),
-            _ => 1,
+            // `d` of a flip-flop or counter passes at once only through an asynchronous load
+            (CellKind::Flop(_), pin::flop::D) => connected(pin::flop::ALOAD),
+            (CellKind::Counter(_), pin::counter::D) => connected(pin::counter::ALOAD),
+            (CellKind::Memory(m), pin::memory::RD_ADDR) => m.reads.iter().any(|r| r.clock.is_none()),
+            (CellKind::Memory(m), pin::memory::WR_EN | pin::memory::WR_ADDR | pin::memory::WR_DATA) => {
+                m.writes.iter().any(|w| w.clock.is_none())
+            }
+            // all others as their pins say
+            (_, _) => own,
         }
     }
 
@@ -467,18 +409,20 @@ impl CellKind {
             CellKind::Flop(f) | CellKind::EdgeFlop(f) => Some(f.edge),
             CellKind::Counter(c) => Some(c.edge),
             CellKind::Accumulator(a) => Some(a.edge),
-            _ => None,
+            CellKind::Sr { .. } | CellKind::Latch(_) | CellKind::Memory(_) | stateless!() => None,
         }
     }
 
     /// The edge at which bit `bit` of input pin `pin` clocks the cell; none if it is no clock.
     #[must_use]
     pub fn edge_at(&self, pin: usize, bit: u32) -> Option<Edge> {
-        match (self, pin) {
-            // without ports the pin has no bits
-            (CellKind::Memory(m), 0) => m.reads.get(bit as usize)?.clock,
-            (CellKind::Memory(m), 5) => m.writes.get(bit as usize)?.clock,
-            _ => self.edge().filter(|_| self.inputs()[pin].role == Role::Clock),
+        if self.inputs()[pin].role != Role::Clock {
+            return None;
+        }
+        let CellKind::Memory(m) = self else { return self.edge() };
+        match pin {
+            pin::memory::RD_CLK => m.reads.get(bit as usize).and_then(|port| port.clock),
+            _ => m.writes.get(bit as usize).and_then(|port| port.clock),
         }
     }
 
@@ -491,7 +435,22 @@ impl CellKind {
             CellKind::Counter(c) => Some(&c.init),
             CellKind::Accumulator(a) => Some(&a.init),
             CellKind::Memory(m) => Some(&m.start),
-            _ => None,
+            stateless!() => None,
         }
+    }
+}
+
+/// The widths of the pins of a cell.
+struct Widths {
+    inputs: [u32; 9],
+    outputs: [u32; 3],
+}
+
+impl Widths {
+    fn new(inputs: &[u32], outputs: &[u32]) -> Widths {
+        let mut all = Widths { inputs: [0; 9], outputs: [0; 3] };
+        all.inputs[..inputs.len()].copy_from_slice(inputs);
+        all.outputs[..outputs.len()].copy_from_slice(outputs);
+        all
     }
 }

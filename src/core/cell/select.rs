@@ -1,9 +1,12 @@
 //! Multiplexers, comparators and tri-state drivers.
 
+use smallvec::SmallVec;
+
+use super::CellKind;
+use super::algebra::{Algebra, Site, input, part};
 use super::element::{Element, Kind, Parameter, Port};
-use super::{CellKind, word_of};
+use super::pin::{binary, mux, several, tristate};
 use crate::value::Word;
-use crate::value::word::{any_unknown, word_mask, words};
 
 /// Which comparison a comparator makes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
@@ -32,82 +35,152 @@ pub const fn select_width(inputs: u32) -> u32 {
     if inputs <= 2 { 1 } else { 32 - (inputs - 1).leading_zeros() }
 }
 
-/// Input number `s` of `inputs` into `y`. An x in `s` gives the bits on which all inputs that it could mean agree;
-/// a number beyond the inputs gives x.
-pub fn mux(width: u32, inputs: u32, ins: &[Word], s: Word, y: &mut [Word]) {
-    for (i, y) in y.iter_mut().enumerate().take(words(width)) {
-        *y = mux_word(inputs, word_mask(width, i), s, |k| word_of(ins, k * width, width, i));
+/// The number that `width` bits of a pin are, if that is decided; none if any of them is x or z.
+#[inline(always)]
+pub(super) fn number<A: Algebra>(l: &A, s: &impl Site<A>, pin: usize, width: u32) -> Option<u64> {
+    let mut number = 0;
+    for i in 0..A::words(width) {
+        let (v, u) = A::planes(s.get(pin, i));
+        if l.known(u)? != 0 {
+            return None;
+        }
+        number |= l.known(v)?.checked_shl(i as u32 * A::BITS).unwrap_or(0);
+    }
+    Some(number)
+}
+
+/// One word of input number `s` of `inputs`. An x in `s` gives the bits on which all inputs that it could mean agree; a
+/// number beyond the inputs gives x. `number` is that of the select, if it is decided.
+#[inline(always)]
+pub fn mux_word<A: Algebra>(
+    l: &mut A,
+    inputs: u32,
+    mask: u64,
+    number: Option<u64>,
+    select: impl Fn(&mut A, u32) -> A::Word,
+    input: impl Fn(&mut A, u32) -> A::Word,
+) -> A::Word {
+    let input = |l: &mut A, k: u64| match u32::try_from(k) {
+        Ok(k) if k < inputs => input(l, k),
+        _ => l.literal(Word::x(mask)),
+    };
+    if let Some(k) = number {
+        return input(l, k);
+    }
+    let bits = select_width(inputs);
+    if bits == 1 {
+        let (zero, one) = (input(l, 0), input(l, 1));
+        let s = select(l, 0);
+        return l.mux4(s, one, zero);
+    }
+    // in pairs by the lowest bit of the select, what is chosen in pairs by the next: as a binary counter carries
+    let mut chosen: SmallVec<[A::Word; 8]> = SmallVec::new();
+    for k in 0..1u64 << bits {
+        let mut one = input(l, k);
+        for bit in 0..k.trailing_ones().min(bits) {
+            let zero = chosen.pop().unwrap_or(one);
+            let s = select(l, bit);
+            one = l.mux4(s, one, zero);
+        }
+        chosen.push(one);
+    }
+    chosen[0]
+}
+
+/// A multiplexer.
+#[inline(always)]
+pub(super) fn mux<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32, inputs: u32) {
+    let number = number(l, s, mux::S, select_width(inputs));
+    for i in 0..A::words(width) {
+        let m = A::mask(width, i);
+        let select = |l: &mut A, bit: u32| part(l, s, mux::S, bit, 1);
+        let y = mux_word(l, inputs, m, number, select, |l, k| input(l, s, mux::IN, width, k, i));
+        s.put(0, i, y);
     }
 }
 
-/// The same for one machine word of each input, of which the bits of `mask` are in use.
+/// A comparison. Sameness is always decided. Equality is decided as soon as one bit is certainly different; an order
+/// needs every bit.
 #[inline(always)]
-pub fn mux_word(inputs: u32, mask: u64, s: Word, input: impl Fn(u32) -> Word) -> Word {
-    let input = |k: u64| if k < u64::from(inputs) { input(k as u32) } else { Word::x(mask) };
-    if s.u == 0 {
-        return input(s.v);
-    }
-    let meant = (0..1u64 << select_width(inputs)).filter(|k| (k ^ s.ones()) & !s.u == 0);
-    let all = meant.fold(None, |all: Option<Word>, k| Some(input(k).merge(all.unwrap_or(input(k)))));
-    all.unwrap_or(Word::x(mask))
-}
-
-/// A comparison. Sameness is always decided. Equality is decided as soon as one bit is certainly different; an order needs every bit.
-#[must_use]
-#[inline(always)]
-pub fn compare(op: CompareOp, width: u32, signed: bool, a: &[Word], b: &[Word]) -> Word {
-    let n = a.len();
-    if matches!(op, CompareOp::Same | CompareOp::Differs) {
-        let same = (0..n).all(|i| a[i] == b[i]);
-        return Word::known(u64::from(same == (op == CompareOp::Same)));
-    }
-    let equality = matches!(op, CompareOp::Eq | CompareOp::Ne);
-    let holds = if equality {
-        let differs = (0..n).any(|i| (a[i].v ^ b[i].v) & !(a[i].u | b[i].u) != 0);
-        if !differs && (any_unknown(a) || any_unknown(b)) {
-            return Word::x(1);
+pub fn compare<A: Algebra>(l: &mut A, s: &mut impl Site<A>, op: CompareOp, width: u32, signed: bool) {
+    let n = A::words(width);
+    let (mut differs, mut unknown) = (l.constant(0), l.constant(0));
+    let y = match op {
+        CompareOp::Same | CompareOp::Differs => {
+            for i in 0..n {
+                let ((av, au), (bv, bu)) = (A::planes(s.get(binary::A, i)), A::planes(s.get(binary::B, i)));
+                let (v, u) = (l.xor(av, bv), l.xor(au, bu));
+                let here = l.or(v, u);
+                differs = l.or(differs, here);
+            }
+            let differs = l.any(differs);
+            let y = if op == CompareOp::Differs { differs } else { l.not(differs, 1) };
+            l.sure(y)
         }
-        differs == (op == CompareOp::Ne)
-    } else {
-        if any_unknown(a) || any_unknown(b) {
-            return Word::x(1);
+        CompareOp::Eq | CompareOp::Ne => {
+            for i in 0..n {
+                let ((av, au), (bv, bu)) = (A::planes(s.get(binary::A, i)), A::planes(s.get(binary::B, i)));
+                let (v, u) = (l.xor(av, bv), l.or(au, bu));
+                let certain = l.and_not(v, u);
+                differs = l.or(differs, certain);
+                unknown = l.or(unknown, u);
+            }
+            let (differs, unknown) = (l.any(differs), l.any(unknown));
+            let y = if op == CompareOp::Ne { differs } else { l.not(differs, 1) };
+            let unknown = l.and_not(unknown, differs);
+            l.unless(unknown, y, 1)
         }
-        // with the sign bits inverted, two's complement is ordered as the unsigned numbers are
-        let sign = if signed { 1 << ((width - 1) % 64) } else { 0 };
-        let order = (0..n).rev().map(|i| {
-            let flip = if i == n - 1 { sign } else { 0 };
-            (a[i].v ^ flip).cmp(&(b[i].v ^ flip))
-        });
-        let order = order.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then);
-        match op {
-            CompareOp::Lt => order.is_lt(),
-            CompareOp::Le => order.is_le(),
-            CompareOp::Gt => order.is_gt(),
-            _ => order.is_ge(),
+        CompareOp::Lt | CompareOp::Le | CompareOp::Gt | CompareOp::Ge => {
+            let swapped = matches!(op, CompareOp::Gt | CompareOp::Le);
+            let (a, b) = if swapped { (binary::B, binary::A) } else { (binary::A, binary::B) };
+            let mut less = l.constant(0);
+            for i in 0..n {
+                let ((mut av, au), (mut bv, bu)) = (A::planes(s.get(a, i)), A::planes(s.get(b, i)));
+                unknown = l.or(unknown, au);
+                unknown = l.or(unknown, bu);
+                if signed && i == n - 1 {
+                    // with the sign bits inverted, two's complement is ordered as the unsigned numbers are
+                    let sign = l.constant(1 << ((width - 1) % A::BITS));
+                    (av, bv) = (l.xor(av, sign), l.xor(bv, sign));
+                }
+                let (here, same) = (l.less(av, bv), l.equal(av, bv));
+                let below = l.and(same, less);
+                less = l.or(here, below);
+            }
+            let unknown = l.any(unknown);
+            let inverted = matches!(op, CompareOp::Le | CompareOp::Ge);
+            let y = if inverted { l.not(less, 1) } else { less };
+            l.unless(unknown, y, 1)
         }
     };
-    Word::known(u64::from(holds))
+    s.put(0, 0, y);
 }
 
 /// `a` where `en` is 1, z where it is 0, x where it is unknown.
-pub fn tristate(width: u32, a: &[Word], en: Word, y: &mut [Word]) {
-    for (i, y) in y.iter_mut().enumerate().take(words(width)) {
-        let m = word_mask(width, i);
-        *y = if en.is_one() {
-            a[i]
-        } else if en.is_zero() {
-            Word::z(m)
-        } else {
-            Word::x(m)
-        };
+#[inline(always)]
+pub(super) fn tristate<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
+    let en = s.get(tristate::EN, 0);
+    let (one, zero) = (l.is_one(en), l.is_zero(en));
+    for i in 0..A::words(width) {
+        let m = A::mask(width, i);
+        let (z, x) = (l.literal(Word::z(m)), l.literal(Word::x(m)));
+        let off = l.pick(zero, z, x);
+        let y = l.pick(one, s.get(tristate::A, i), off);
+        s.put(0, i, y);
     }
 }
 
-/// What `inputs` drivers of one bus, one after another in `ins`, make of it.
-pub fn resolve(width: u32, inputs: u32, ins: &[Word], y: &mut [Word]) {
-    for (i, y) in y.iter_mut().enumerate().take(words(width)) {
-        let none = Word::z(word_mask(width, i));
-        *y = (0..inputs).fold(none, |acc, k| acc.resolve(word_of(ins, k * width, width, i)));
+/// What `inputs` drivers of one bus, one after another, make of it.
+#[inline(always)]
+pub(super) fn resolve<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32, inputs: u32) {
+    for i in 0..A::words(width) {
+        let m = A::mask(width, i);
+        let mut y = l.literal(Word::z(m));
+        for k in 0..inputs {
+            let one = input(l, s, several::IN, width, k, i);
+            y = l.resolve4(y, one, m);
+        }
+        s.put(0, i, y);
     }
 }
 
@@ -187,6 +260,17 @@ pub const ELEMENTS: &[Element] = &[
 mod tests {
     use super::*;
     use crate::Value;
+    use crate::cell::evaluate;
+
+    fn mux(width: u32, inputs: u32, ins: &[Word], s: Word, y: &mut [Word]) {
+        evaluate(&CellKind::Mux { width, inputs }, &[ins, &[s]], &mut [y]);
+    }
+
+    fn compare(op: CompareOp, width: u32, signed: bool, a: &[Word], b: &[Word]) -> Word {
+        let mut y = [Word::ZERO];
+        evaluate(&CellKind::Compare { op, width, signed }, &[a, b], &mut [&mut y]);
+        y[0]
+    }
 
     fn words_of(text: &str) -> Vec<Word> {
         text.parse::<Value>().unwrap().words().collect()

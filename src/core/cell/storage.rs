@@ -4,7 +4,9 @@
 use serde::Serialize;
 
 use super::CellKind;
+use super::algebra::{Algebra, Site};
 use super::element::{Element, Kind, Parameter, Port};
+use super::pin::{edge_flop, flop, latch, sr};
 use crate::Value;
 use crate::value::Word;
 
@@ -42,70 +44,136 @@ pub struct Flop {
     pub init: Value,
 }
 
-/// The control pins of a flip-flop or register as they stand.
-#[derive(Clone, Copy)]
-pub struct Controls {
-    /// Asynchronous load: takes `d` at once.
-    pub aload: Word,
-    /// Asynchronous set.
-    pub set: Word,
-    /// Asynchronous reset.
-    pub reset: Word,
-    /// Clock enable.
-    pub en: Word,
-    /// Set at the clock edge.
-    pub sync_set: Word,
-    /// Reset at the clock edge.
-    pub sync_reset: Word,
+/// Whether a control acts, where it counts; none if it certainly does not.
+#[inline(always)]
+pub(super) fn control<A: Algebra>(l: &mut A, s: &impl Site<A>, pin: usize, when: Option<A::Plane>) -> Option<A::Plane> {
+    let mut acts = l.is_one(s.get(pin, 0));
+    if let Some(when) = when {
+        acts = l.and(acts, when);
+    }
+    if l.never(acts) { None } else { Some(acts) }
 }
 
-/// What the level-sensitive controls make of one word of state; reset before set before load.
+/// `value` where a control acts, else `q`.
 #[inline(always)]
-#[must_use]
-pub fn level(q: Word, d: Word, set: Word, reset: Word, load: Word, set_value: Word, reset_value: Word) -> Word {
-    if reset.is_one() {
-        reset_value
-    } else if set.is_one() {
-        set_value
-    } else if load.is_one() {
-        d
-    } else {
-        q
+pub(super) fn load<A: Algebra>(
+    l: &mut A,
+    control: Option<A::Plane>,
+    value: impl FnOnce(&mut A) -> A::Word,
+    q: A::Word,
+) -> A::Word {
+    match control {
+        Some(acts) => {
+            let value = value(l);
+            l.pick(acts, value, q)
+        }
+        None => q,
     }
 }
 
-/// The next state of one word at the active edge.
+/// The asynchronous pins of a flip-flop or latch.
+#[derive(Clone, Copy)]
+pub struct Asynchronous {
+    /// What is loaded.
+    pub d: usize,
+    /// Loads it while it is 1.
+    pub load: usize,
+    /// Sets.
+    pub set: usize,
+    /// Resets.
+    pub reset: usize,
+}
+
+/// Those of a flip-flop.
+pub const OF_FLOP: Asynchronous = Asynchronous { d: flop::D, load: flop::ALOAD, set: flop::SET, reset: flop::RESET };
+/// Those of a latch.
+pub const OF_LATCH: Asynchronous = Asynchronous { d: latch::D, load: latch::EN, set: latch::SET, reset: latch::RESET };
+
+/// What the level-sensitive controls make of a state: reset before set before load. `values` gives a word of the set
+/// value and of the reset value.
 #[inline(always)]
-#[must_use]
-pub fn clocked(q: Word, d: Word, c: &Controls, set_value: Word, reset_value: Word) -> Word {
-    if c.reset.is_one() {
-        reset_value
-    } else if c.set.is_one() {
-        set_value
-    } else if c.aload.is_one() {
-        d
-    } else if c.sync_reset.is_one() {
-        reset_value
-    } else if c.sync_set.is_one() {
-        set_value
-    } else if c.en.is_one() {
-        d
-    } else {
-        q
+pub fn level<A: Algebra>(
+    l: &mut A,
+    s: &mut impl Site<A>,
+    pins: Asynchronous,
+    width: u32,
+    values: impl Fn(&mut A, usize) -> (A::Word, A::Word),
+) {
+    let [to_d, to_set, to_reset] = [pins.load, pins.set, pins.reset].map(|pin| control(l, s, pin, None));
+    if to_d.is_none() && to_set.is_none() && to_reset.is_none() {
+        return s.hold();
+    }
+    for i in 0..A::words(width) {
+        let q = s.state(i);
+        let q = load(l, to_d, |_| s.get(pins.d, i), q);
+        let (set, reset) = values(l, i);
+        let q = load(l, to_set, |_| set, q);
+        let q = load(l, to_reset, |_| reset, q);
+        s.put(0, i, q);
+    }
+}
+
+/// What a flip-flop takes at its active edge, where `when` is 1: the first of reset, set, asynchronous load, synchronous
+/// reset, synchronous set and enabled data that applies.
+#[inline(always)]
+pub fn flop_edge<A: Algebra>(
+    l: &mut A,
+    s: &mut impl Site<A>,
+    width: u32,
+    when: Option<A::Plane>,
+    values: impl Fn(&mut A, usize) -> (A::Word, A::Word),
+) {
+    let [en, sync_set, sync_reset, aload, set, reset] =
+        [flop::EN, flop::SYNC_SET, flop::SYNC_RESET, flop::ALOAD, flop::SET, flop::RESET]
+            .map(|pin| control(l, s, pin, when));
+    for i in 0..A::words(width) {
+        let q = s.state(i);
+        let (set_value, reset_value) = values(l, i);
+        let q = load(l, en, |_| s.get(flop::D, i), q);
+        let q = load(l, sync_set, |_| set_value, q);
+        let q = load(l, sync_reset, |_| reset_value, q);
+        let q = load(l, aload, |_| s.get(flop::D, i), q);
+        let q = load(l, set, |_| set_value, q);
+        let q = load(l, reset, |_| reset_value, q);
+        s.put(0, i, q);
+    }
+}
+
+/// The same for one whose asynchronous controls act at their edges: reset, set, load of `ad`, enabled data.
+#[inline(always)]
+pub(super) fn edge_flop_edge<A: Algebra>(l: &mut A, s: &mut impl Site<A>, f: &Flop, when: Option<A::Plane>) {
+    let [en, aload, set, reset] =
+        [edge_flop::EN, edge_flop::ALOAD, edge_flop::SET, edge_flop::RESET].map(|pin| control(l, s, pin, when));
+    for i in 0..A::words(f.init.width()) {
+        let q = s.state(i);
+        let q = load(l, en, |_| s.get(edge_flop::D, i), q);
+        let q = load(l, aload, |_| s.get(edge_flop::AD, i), q);
+        let q = load(l, set, |l| l.word_of(&f.set_value, i), q);
+        let q = load(l, reset, |l| l.word_of(&f.reset_value, i), q);
+        s.put(0, i, q);
     }
 }
 
 /// The next state of an SR flip-flop.
 #[inline(always)]
-#[must_use]
-pub fn sr(q: Word, s: Word, r: Word, set_dominates: bool) -> Word {
-    let (set, reset) = (s.is_one(), r.is_one());
-    if set && (set_dominates || !reset) {
-        Word::known(1)
-    } else if reset {
-        Word::known(0)
-    } else {
-        q
+pub fn sr<A: Algebra>(l: &mut A, s: &mut impl Site<A>, set_dominates: bool) {
+    let (set, reset) = (control(l, s, sr::S, None), control(l, s, sr::R, None));
+    if set.is_none() && reset.is_none() {
+        return s.hold();
+    }
+    let (one, zero) = (l.literal(Word::known(1)), l.literal(Word::ZERO));
+    let [first, last] = if set_dominates { [(reset, zero), (set, one)] } else { [(set, one), (reset, zero)] };
+    let q = load(l, first.0, |_| first.1, s.state(0));
+    let q = load(l, last.0, |_| last.1, q);
+    s.put(0, 0, q);
+}
+
+/// The inverse of the state, as the second output.
+#[inline(always)]
+pub fn inverse<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
+    for i in 0..A::words(width) {
+        let y = l.not4(s.state(i), A::mask(width, i));
+        s.put(1, i, y);
     }
 }
 

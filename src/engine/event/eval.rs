@@ -3,8 +3,9 @@
 use super::super::UnknownControl;
 use super::memory::Memories;
 use super::program::{Code, General, Meta, ONE, Op, Operand, Part, Program, Store, StoreCode, flag};
-use crate::cell::choose::{self, Line};
-use crate::cell::{GateOp, arith, clocked, counter, evaluate, select, storage};
+use super::sites::{EVERY, Operation, Stored};
+use crate::cell::pin::flop;
+use crate::cell::{AddOp, GateOp, Words, arith, choose, clocked, counter, evaluate, gate, select, storage};
 use crate::netlist::NetId;
 use crate::value::Word;
 use crate::value::word::{copy, mask, words};
@@ -104,7 +105,7 @@ impl State {
 
     /// A control pin of a store, most of which are not connected.
     #[inline(always)]
-    fn control(&self, o: Operand) -> Word {
+    pub fn control(&self, o: Operand) -> Word {
         if o.slot <= ONE.slot { Word::known(o.slot.into()) } else { self.read(o, 1) }
     }
 
@@ -190,83 +191,104 @@ impl State {
     #[inline(always)]
     pub fn run<const STAGED: bool>(&mut self, p: &Program, op: &Op) {
         let m = op.mask;
+        let l = &mut Words;
         // a macro, so that each gate is a branch of this match and none within it
         macro_rules! two {
             ($gate:ident) => {
-                GateOp::$gate.finish(GateOp::$gate.join(self.read(op.a, m), self.read(op.b, m)), m)
+                gate::gate_word(l, GateOp::$gate, 2, m, |_, k| self.read(if k == 0 { op.a } else { op.b }, m))
             };
         }
         let y = match op.code {
             // these join to known bits and x alone, so there is nothing to finish
-            Code::And2 => GateOp::And.join(self.read(op.a, m), self.read(op.b, m)),
-            Code::Or2 => GateOp::Or.join(self.read(op.a, m), self.read(op.b, m)),
-            Code::Xor2 => GateOp::Xor.join(self.read(op.a, m), self.read(op.b, m)),
+            Code::And2 => gate::join(l, GateOp::And, self.read(op.a, m), self.read(op.b, m)),
+            Code::Or2 => gate::join(l, GateOp::Or, self.read(op.a, m), self.read(op.b, m)),
+            Code::Xor2 => gate::join(l, GateOp::Xor, self.read(op.a, m), self.read(op.b, m)),
             Code::Nand2 => two!(Nand),
             Code::Nor2 => two!(Nor),
             Code::Xnor2 => two!(Xnor),
-            Code::Buf => GateOp::Buf.finish(self.read(op.a, m), m),
-            Code::Not => GateOp::Not.finish(self.read(op.a, m), m),
-            Code::Reduce(gate) => gate.finish(gate.reduce(self.read(op.a, m), m), 1),
+            Code::Buf => gate::finish(l, GateOp::Buf, self.read(op.a, m), m),
+            Code::Not => gate::finish(l, GateOp::Not, self.read(op.a, m), m),
+            Code::Reduce(gate) => {
+                let joined = gate::reduce(l, gate, self.read(op.a, m), m);
+                gate::finish(l, gate, joined, 1)
+            }
             Code::GateN(gate) => {
                 let inputs = &p.pool[op.ext as usize..(op.ext + op.count) as usize];
-                gate.finish(inputs.iter().fold(gate.identity(m), |acc, i| gate.join(acc, self.read(i.0, m))), m)
+                gate::gate_word(l, gate, inputs.len(), m, |_, k| self.read(inputs[k].0, m))
             }
             Code::AndOrN => {
                 let pairs = &p.pool[op.ext as usize..(op.ext + 2 * op.count) as usize];
-                pairs
-                    .chunks_exact(2)
-                    .fold(Word::ZERO, |acc, pair| acc.or(self.read(pair[0].0, m).and(self.read(pair[1].0, m))))
+                pairs.chunks_exact(2).fold(Word::ZERO, |all, pair| {
+                    gate::and_or_step(l, all, self.read(pair[0].0, m), self.read(pair[1].0, m))
+                })
             }
             Code::Mux2 => {
                 let s = self.read(op.c, 1);
-                match (s.u, s.v) {
-                    (0, 0) => self.read(op.a, m),
-                    (0, _) => self.read(op.b, m),
-                    _ => self.read(op.a, m).merge(self.read(op.b, m)),
-                }
+                let number = s.is_known().then_some(s.v);
+                select::mux_word(l, 2, m, number, |_, _| s, |_, k| self.read(if k == 0 { op.a } else { op.b }, m))
             }
             Code::Mux => {
                 let inputs = &p.pool[op.ext as usize..];
-                select::mux_word(op.count, m, self.read(op.c, mask(select::select_width(op.count))), |k| {
-                    self.read(inputs[k as usize].0, m)
-                })
+                let s = self.read(op.c, mask(select::select_width(op.count)));
+                let number = s.is_known().then_some(s.v);
+                let input = |_: &mut Words, k: u32| self.read(inputs[k as usize].0, m);
+                select::mux_word(l, op.count, m, number, |_, bit| bit_of(s, bit as u8), input)
             }
-            Code::OneHotMux => match choose::line(&[self.read(op.c, mask(op.count))]) {
-                Line::None => self.read(op.a, m),
-                Line::One(k) => self.read(p.pool[(op.ext + k) as usize].0, m),
-                Line::Unclear => Word::x(m),
-            },
+            Code::OneHotMux => {
+                let s = self.read(op.c, mask(op.count));
+                let lines = choose::lines(l, op.count, |_| s);
+                choose::one_hot_word(
+                    l,
+                    op.count,
+                    m,
+                    &lines,
+                    |_| s,
+                    self.read(op.a, m),
+                    |_, k| self.read(p.pool[(op.ext + k) as usize].0, m),
+                )
+            }
             Code::Compare { op: compare, signed } => {
-                select::compare(compare, op.count, signed, &[self.read(op.a, m)], &[self.read(op.b, m)])
+                let mut site = Operation::new([self.read(op.a, m), self.read(op.b, m), Word::ZERO], Word::ZERO);
+                select::compare(l, &mut site, compare, op.count, signed);
+                site.outs[0]
             }
-            Code::HalfAdder | Code::FullAdder => {
-                let (a, b) = (self.read(op.a, 1), self.read(op.b, 1));
-                let (s, co) = if op.code == Code::HalfAdder {
-                    arith::half_adder(a, b)
-                } else {
-                    arith::full_adder(a, b, self.read(op.c, 1))
-                };
-                self.out::<STAGED>(p, op.y2, co);
-                s
+            Code::HalfAdder => {
+                let mut site = Operation::new([self.read(op.a, 1), self.read(op.b, 1), Word::ZERO], Word::ZERO);
+                arith::half_adder(l, &mut site);
+                self.out::<STAGED>(p, op.y2, site.outs[1]);
+                site.outs[0]
+            }
+            Code::FullAdder => {
+                let ins = [self.read(op.a, 1), self.read(op.b, 1), self.read(op.c, 1)];
+                let mut site = Operation::new(ins, Word::ZERO);
+                arith::full_adder(l, &mut site);
+                self.out::<STAGED>(p, op.y2, site.outs[1]);
+                site.outs[0]
             }
             Code::Add | Code::Sub => {
-                let sub = Word::known(u64::from(op.code == Code::Sub));
-                let mut y = [Word::ZERO];
-                let co =
-                    arith::add(op.count, &[self.read(op.a, m)], &[self.read(op.b, m)], self.read(op.c, 1), sub, &mut y);
-                self.out::<STAGED>(p, op.y2, co);
-                y[0]
+                let way = if op.code == Code::Sub { AddOp::Sub } else { AddOp::Add };
+                let ins = [self.read(op.a, m), self.read(op.b, m), self.read(op.c, 1)];
+                let mut site = Operation::new(ins, Word::ZERO);
+                arith::adder(l, &mut site, way, op.count);
+                self.out::<STAGED>(p, op.y2, site.outs[1]);
+                site.outs[0]
             }
             Code::Sr { set_dominates } => {
-                let q = storage::sr(self.read(op.c, 1), self.read(op.a, 1), self.read(op.b, 1), set_dominates);
-                self.out::<STAGED>(p, op.y2, q.not(1));
-                q
+                let ins = [self.read(op.a, 1), self.read(op.b, 1), Word::ZERO];
+                let mut site = Operation::new(ins, self.read(op.c, 1));
+                storage::sr(l, &mut site, set_dominates);
+                site.q = site.outs[0];
+                storage::inverse(l, &mut site, 1);
+                self.out::<STAGED>(p, op.y2, site.outs[1]);
+                site.q
             }
             Code::SetReset => {
                 let s = &p.stores[op.ext as usize];
-                let (set, reset) = (self.read(op.a, 1), self.read(op.b, 1));
-                let q = self.slots[op.y as usize];
-                storage::level(q, Word::ZERO, set, reset, Word::ZERO, s.set_value, s.reset_value)
+                let ins = [self.read(op.a, 1), self.read(op.b, 1), Word::ZERO];
+                let mut site = Operation::new(ins, self.slots[op.y as usize]);
+                let pins = storage::Asynchronous { d: 2, load: 2, set: 0, reset: 1 };
+                storage::level(l, &mut site, pins, 1, |_, _| (s.set_value, s.reset_value));
+                site.outs[0]
             }
             Code::Level => {
                 let (q, derived) = self.level(&p.stores[op.ext as usize], m);
@@ -296,24 +318,24 @@ impl State {
     /// The state of a store after its asynchronous controls, and the output made from it.
     #[inline(always)]
     fn level(&self, s: &Store, m: u64) -> (Word, Word) {
-        let q = self.slots[s.q as usize];
-        let (d, load, reset) = (self.read(s.d, m), self.control(s.aload), self.control(s.reset));
+        let mut site = Stored::<EVERY>::new(self, s, m);
+        let l = &mut Words;
         match s.code {
-            StoreCode::Counter => {
-                let mut q = [q];
-                counter::level(&mut q, &[d], load, reset);
-                (q[0], GateOp::Nor.finish(GateOp::Nor.reduce(q[0], m), 1))
-            }
-            StoreCode::Accumulator => {
-                let mut q = [q];
-                counter::level(&mut q, &[d], Word::ZERO, reset);
-                (q[0], counter::carry(s.width, &q, &[d], self.control(s.extra)))
-            }
-            _ => {
-                let q = storage::level(q, d, self.control(s.set), reset, load, s.set_value, s.reset_value);
-                (q, q.not(m))
+            StoreCode::Counter => counter::level(l, &mut site, s.width),
+            StoreCode::Accumulator => counter::clear(l, &mut site, s.width),
+            StoreCode::Plain | StoreCode::SetReset | StoreCode::Flop | StoreCode::Memory | StoreCode::General => {
+                storage::level(l, &mut site, storage::OF_FLOP, 1, |_, _| (s.set_value, s.reset_value));
             }
         }
+        site.q = site.next;
+        match s.code {
+            StoreCode::Counter => counter::zero(l, &mut site, s.width),
+            StoreCode::Accumulator => counter::carry(l, &mut site, s.width),
+            StoreCode::Plain | StoreCode::SetReset | StoreCode::Flop | StoreCode::Memory | StoreCode::General => {
+                storage::inverse(l, &mut site, s.width)
+            }
+        }
+        (site.q, site.derived)
     }
 
     /// Computes what a store takes at its active edge, for [`State::take`] to write.
@@ -321,61 +343,35 @@ impl State {
     pub fn sample(&mut self, p: &Program, number: u32) {
         let s = &p.stores[number as usize];
         let m = mask(s.width);
-        match s.code {
+        let q = self.slots[s.q as usize];
+        let next = match s.code {
             StoreCode::General => return self.sample_general(p, s.general),
             StoreCode::Memory => return self.memories.edges.push((s.general, s.q)),
-            _ => {}
-        }
-        let q = self.slots[s.q as usize];
-        let en = self.control(s.en);
-        let mut next = [Word::ZERO];
-        match s.code {
-            StoreCode::Plain => next[0] = if en.is_one() { self.read(s.d, m) } else { q },
-            StoreCode::SetReset => {
-                let c = storage::Controls {
-                    set: self.control(s.set),
-                    reset: self.control(s.reset),
-                    en: Word::known(1),
-                    aload: Word::ZERO,
-                    sync_set: Word::ZERO,
-                    sync_reset: Word::ZERO,
-                };
-                next[0] = storage::clocked(q, self.read(s.d, m), &c, s.set_value, s.reset_value);
-            }
-            StoreCode::Flop => {
-                let c = storage::Controls {
-                    aload: self.control(s.aload),
-                    set: self.control(s.set),
-                    reset: self.control(s.reset),
-                    en,
-                    sync_set: self.control(s.extra),
-                    sync_reset: self.control(s.extra2),
-                };
-                next[0] = storage::clocked(q, self.read(s.d, m), &c, s.set_value, s.reset_value);
-            }
+            StoreCode::Plain => self.sample_flop::<{ 1 << flop::D | 1 << flop::EN }>(s, m),
+            StoreCode::SetReset => self.sample_flop::<{ 1 << flop::D | 1 << flop::SET | 1 << flop::RESET }>(s, m),
+            StoreCode::Flop => self.sample_flop::<EVERY>(s, m),
             StoreCode::Counter => {
-                let c = counter::Controls {
-                    en,
-                    down: self.control(s.extra),
-                    load: self.control(s.extra2),
-                    aload: self.control(s.aload),
-                    reset: self.control(s.reset),
-                };
-                counter::count(s.width, &[q], &[self.read(s.d, m)], &[s.set_value], &c, &mut next);
+                let mut site = Stored::<EVERY>::new(self, s, m);
+                counter::count(&mut Words, &mut site, s.width, None, |_, _| s.set_value);
+                site.next
             }
-            _ => counter::accumulate(
-                s.width,
-                &[q],
-                &[self.read(s.d, m)],
-                self.control(s.extra),
-                en,
-                self.control(s.reset),
-                &mut next,
-            ),
+            StoreCode::Accumulator => {
+                let mut site = Stored::<EVERY>::new(self, s, m);
+                counter::accumulate(&mut Words, &mut site, s.width, None);
+                site.next
+            }
+        };
+        if next != q {
+            self.staged.push((s.q, next));
         }
-        if next[0] != q {
-            self.staged.push((s.q, next[0]));
-        }
+    }
+
+    /// What a flip-flop takes of which these pins alone are connected.
+    #[inline(always)]
+    fn sample_flop<const PINS: u32>(&self, s: &Store, m: u64) -> Word {
+        let mut site = Stored::<PINS>::new(self, s, m);
+        storage::flop_edge(&mut Words, &mut site, 1, None, |_, _| (s.set_value, s.reset_value));
+        site.next
     }
 
     /// Writes all that was staged.

@@ -11,8 +11,8 @@ use super::operands::part;
 use super::program::{
     Code, ControlPin, MemoryCell, MemoryRead, MemoryWrite, ONE, Op, Operand, Pool, Program, Store, StoreCode, ZERO,
 };
-use crate::cell::memory::pin::{RD_ADDR, RD_ARST, RD_CLK, RD_EN, RD_SRST, WR_ADDR, WR_CLK, WR_DATA, WR_EN};
 use crate::cell::memory::{ReadControls, Written, merged};
+use crate::cell::pin::memory::{RD_ADDR, RD_ARST, RD_CLK, RD_EN, RD_SRST, WR_ADDR, WR_CLK, WR_DATA, WR_EN};
 use crate::cell::{Edge, Memory};
 use crate::netlist::{CellId, Slice};
 use crate::value::Word;

@@ -16,6 +16,7 @@ mod operands;
 mod program;
 mod queue;
 mod settle;
+mod sites;
 mod size;
 mod stores;
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::build::{BLANK, Build};
 use super::program::{Code, ONE, Op, Operand, Part, Program, StoreCode, ZERO};
+use crate::cell::pin::{accumulator, counter, flop};
 use crate::netlist::{CellId, NetId, Slice};
 use crate::value::Word;
 use crate::value::word::{mask, words};
@@ -149,15 +150,25 @@ impl Build<'_> {
             }
             Code::Level => {
                 let s = &self.program.stores[op.ext as usize];
-                [s.set, s.reset, s.aload].iter().for_each(|o| read(o.slot));
-                if s.aload != ZERO {
-                    read(s.d.slot);
+                let at_once: &[usize] = match s.code {
+                    StoreCode::Counter => &[counter::ALOAD, counter::RESET],
+                    StoreCode::Accumulator => &[accumulator::RESET],
+                    StoreCode::Plain
+                    | StoreCode::SetReset
+                    | StoreCode::Flop
+                    | StoreCode::Memory
+                    | StoreCode::General => &[flop::ALOAD, flop::SET, flop::RESET],
+                };
+                at_once.iter().for_each(|&pin| read(s.pins[pin].slot));
+                // what an accumulator has there is its carry
+                if s.code != StoreCode::Accumulator && s.pins[flop::ALOAD] != ZERO {
+                    read(s.pins[flop::D].slot);
                 }
                 // the state changes at edges too, but they regard the controls
                 if op.count != 0 {
                     read(s.q);
                     if s.code == StoreCode::Accumulator {
-                        [s.d, s.extra].iter().for_each(|o| read(o.slot));
+                        [accumulator::D, accumulator::CI].iter().for_each(|&pin| read(s.pins[pin].slot));
                     }
                 }
             }
@@ -186,3 +197,6 @@ impl Build<'_> {
         self.program.ops.push(op);
     }
 }
+
+// the place of the asynchronous load is the same in a flip-flop and in a counter
+const _: () = assert!(counter::ALOAD == flop::ALOAD);

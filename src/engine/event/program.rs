@@ -120,15 +120,8 @@ pub(super) struct Store {
     /// `qn`, `zero` or `co`.
     pub derived: u32,
     pub width: u32,
-    pub d: Operand,
-    pub en: Operand,
-    pub aload: Operand,
-    pub set: Operand,
-    pub reset: Operand,
-    /// `sync_set`; `down` of a counter; `ci` of an accumulator.
-    pub extra: Operand,
-    /// `sync_reset`; `load` of a counter.
-    pub extra2: Operand,
+    /// The pins, by their numbers: those of the clock are not looked at.
+    pub pins: [Operand; 8],
     /// The set value; the step of a counter.
     pub set_value: Word,
     pub reset_value: Word,
@@ -143,13 +136,7 @@ impl Store {
         q: 0,
         derived: 0,
         width: 1,
-        d: ZERO,
-        en: ONE,
-        aload: ZERO,
-        set: ZERO,
-        reset: ZERO,
-        extra: ZERO,
-        extra2: ZERO,
+        pins: [ZERO; 8],
         set_value: Word::ZERO,
         reset_value: Word::ZERO,
         general: 0,

@@ -2,6 +2,7 @@
 
 use super::build::{BLANK, Build};
 use super::program::{ClockPin, Code, ControlPin, Op, Operand, Store, StoreCode};
+use crate::cell::pin::{accumulator, counter, flop};
 use crate::cell::{CellKind, Edge, Role};
 use crate::netlist::CellId;
 use crate::value::word::mask;
@@ -32,33 +33,36 @@ impl Build<'_> {
             return;
         }
         let word = |v: &crate::Value| v.words().next().unwrap_or_default();
-        match kind {
+        // what it does without a clock comes before it samples, and so do its pins
+        let at_once: &[usize] = match kind {
             CellKind::Flop(f) => {
-                store.code = match [2, 6, 7].into_iter().any(acts) {
-                    false if ![3, 4].into_iter().any(acts) => StoreCode::Plain,
-                    false if netlist.input(cell, 5).is_empty() => StoreCode::SetReset,
+                store.code = match [flop::ALOAD, flop::SYNC_SET, flop::SYNC_RESET].into_iter().any(acts) {
+                    false if ![flop::SET, flop::RESET].into_iter().any(acts) => StoreCode::Plain,
+                    false if netlist.input(cell, flop::EN).is_empty() => StoreCode::SetReset,
                     _ => StoreCode::Flop,
                 };
                 (store.set_value, store.reset_value) = (word(&f.set_value), word(&f.reset_value));
-                (store.aload, store.set, store.reset) = (self.pin(cell, 2), self.pin(cell, 3), self.pin(cell, 4));
-                if self.acts(cell, 2) {
-                    store.d = self.pin(cell, 1);
+                match acts(flop::ALOAD) {
+                    true => &[flop::ALOAD, flop::SET, flop::RESET, flop::D],
+                    false => &[flop::ALOAD, flop::SET, flop::RESET],
                 }
             }
             CellKind::Counter(c) => {
                 store.code = StoreCode::Counter;
                 store.set_value = word(&c.step);
-                (store.aload, store.reset) = (self.pin(cell, 2), self.pin(cell, 3));
-                if self.acts(cell, 2) {
-                    store.d = self.pin(cell, 1);
+                match acts(counter::ALOAD) {
+                    true => &[counter::ALOAD, counter::RESET, counter::D],
+                    false => &[counter::ALOAD, counter::RESET],
                 }
             }
-            _ => {
+            CellKind::Accumulator(_) => {
                 store.code = StoreCode::Accumulator;
-                (store.d, store.extra, store.reset) = (self.pin(cell, 1), self.pin(cell, 2), self.pin(cell, 3));
+                &[accumulator::D, accumulator::CI, accumulator::RESET]
             }
-        }
-        let (y, y2, a, b) = (store.q, store.derived, store.set, store.reset);
+            other => unreachable!("{} has no clock", other.element()),
+        };
+        at_once.iter().for_each(|&pin| store.pins[pin] = self.pin(cell, pin));
+        let (y, y2, a, b) = (store.q, store.derived, store.pins[flop::SET], store.pins[flop::RESET]);
         let code = match store.code {
             StoreCode::SetReset if !derived_used => Code::SetReset,
             _ => Code::Level,
@@ -75,20 +79,11 @@ impl Build<'_> {
     pub(super) fn sampled(&mut self, cell: CellId, number: usize) {
         let kind = &self.netlist.cell(cell).kind;
         if self.program.stores[number].code != StoreCode::General {
-            match kind {
-                CellKind::Flop(_) => {
-                    let (d, en, extra, extra2) =
-                        (self.pin(cell, 1), self.pin(cell, 5), self.pin(cell, 6), self.pin(cell, 7));
-                    let s = &mut self.program.stores[number];
-                    (s.d, s.en, s.extra, s.extra2) = (d, en, extra, extra2);
+            for (pin, spec) in kind.inputs().iter().enumerate().filter(|p| p.1.role != Role::Clock) {
+                // the others are there
+                if spec.role != Role::Level {
+                    self.program.stores[number].pins[pin] = self.pin(cell, pin);
                 }
-                CellKind::Counter(_) => {
-                    let (d, en, down, load) =
-                        (self.pin(cell, 1), self.pin(cell, 4), self.pin(cell, 5), self.pin(cell, 6));
-                    let s = &mut self.program.stores[number];
-                    (s.d, s.en, s.extra, s.extra2) = (d, en, down, load);
-                }
-                _ => self.program.stores[number].en = self.pin(cell, 4),
             }
         }
         for (pin, spec) in kind.inputs().iter().enumerate() {

@@ -6,8 +6,8 @@
 
 use super::text::{literal, part, range};
 use super::writer::Writer;
-use crate::cell::memory::pin::{RD_ADDR, RD_ARST, RD_CLK, RD_EN, RD_SRST, WR_ADDR, WR_CLK, WR_DATA, WR_EN};
 use crate::cell::memory::{ReadPort, WritePort};
+use crate::cell::pin::memory::{RD_ADDR, RD_ARST, RD_CLK, RD_EN, RD_SRST, WR_ADDR, WR_CLK, WR_DATA, WR_EN};
 use crate::cell::{Edge, Memory};
 use crate::netlist::hierarchy::{Cell, Piece};
 use crate::{Logic, Value};

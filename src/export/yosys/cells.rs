@@ -13,6 +13,7 @@ pub fn draw(d: &mut Draw, kind: &CellKind, element: &'static str, ins: &[Bits], 
     match kind {
         CellKind::Gate { op, width, inputs } => gate(d, *op, *width as usize, *inputs, &ins[0], &outs[0]),
         CellKind::AndOr { width, .. } => and_or(d, *width as usize, &ins[0], &ins[1], &outs[0]),
+        CellKind::Majority { width } => majority(d, *width as usize, ins, &outs[0]),
         CellKind::Mux { width, inputs } => mux(d, *width, *inputs, &ins[0], &ins[1], &outs[0]),
         CellKind::HalfAdder => {
             d.binary("", "$xor", &ins[0], &ins[1], outs[0].clone());
@@ -188,6 +189,15 @@ fn and_or(d: &mut Draw, width: usize, ins: &[Bit], select: &[Bit], y: &[Bit]) {
     }
     let parts: Vec<&[Bit]> = parts.iter().map(Vec::as_slice).collect();
     d.chain("", "$or", &parts, y.to_vec());
+}
+
+/// `(a & b) | ((a | b) & c)`, as its meaning is written.
+fn majority(d: &mut Draw, width: usize, ins: &[Bits], y: &[Bit]) {
+    let [both, some, with] = ["both", "some", "with"].map(|name| d.fresh(name, width));
+    d.binary("both", "$and", &ins[0], &ins[1], both.clone());
+    d.binary("some", "$or", &ins[0], &ins[1], some.clone());
+    d.binary("with", "$and", &some, &ins[2], with.clone());
+    d.binary("", "$or", &both, &with, y.to_vec());
 }
 
 fn mux(d: &mut Draw, width: u32, inputs: u32, ins: &[Bit], select: &[Bit], y: &[Bit]) {

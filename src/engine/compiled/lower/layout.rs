@@ -3,7 +3,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::cell::memory::pin::{RD_ARST, RD_CLK, RD_EN, RD_SRST, WR_CLK, WR_EN};
+use crate::cell::pin::memory::{RD_ARST, RD_CLK, RD_EN, RD_SRST, WR_CLK, WR_EN};
 use crate::cell::{CellKind, Edge, Memory, Role};
 use crate::compiled::lower::Places;
 use crate::netlist::{CellId, Direction, Driver, NetId, Netlist};

@@ -15,7 +15,7 @@ use std::collections::HashMap;
 use self::cells::combinational;
 use self::four::{Bits, Two, append, slice};
 use self::layout::{MemoryPlace, Part, clocked_parts, is_state};
-use crate::cell::memory::pin::{RD_ADDR, RD_ARST, RD_EN, RD_SRST, WR_ADDR, WR_DATA, WR_EN};
+use crate::cell::pin::memory::{RD_ADDR, RD_ARST, RD_EN, RD_SRST, WR_ADDR, WR_DATA, WR_EN};
 use crate::cell::{CellKind, Flop, GateOp, Memory, Role};
 use crate::compiled::ir::graph::{Graph, Id};
 use crate::netlist::{CellId, Constants, Driver, NetId, Netlist, Slice};

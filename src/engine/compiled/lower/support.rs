@@ -20,6 +20,7 @@ fn refused(kind: &CellKind) -> Option<&'static str> {
     match kind {
         CellKind::Gate { .. }
         | CellKind::AndOr { .. }
+        | CellKind::Majority { .. }
         | CellKind::Mux { .. }
         | CellKind::HalfAdder
         | CellKind::FullAdder

@@ -3,7 +3,7 @@
 
 use std::cell::{OnceCell, RefCell};
 
-use crate::cell::memory::pin::{RD_ADDR, RD_ARST};
+use crate::cell::pin::memory::{RD_ADDR, RD_ARST};
 use crate::cell::{CellKind, Memory, evaluate};
 use crate::compiled::lower::layout::Wiring;
 use crate::compiled::lower::part;
