@@ -7,7 +7,8 @@ use super::pin::{alu, carry, ternary};
 #[inline(always)]
 pub(super) fn carry_save<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
     for i in 0..A::words(width) {
-        let [(a, au), (b, bu), (c, cu)] = [ternary::A, ternary::B, ternary::C].map(|pin| A::planes(s.get(pin, i)));
+        let ((a, au), (b, bu)) = (A::planes(s.get(ternary::A, i)), A::planes(s.get(ternary::B, i)));
+        let (c, cu) = A::planes(s.get(ternary::C, i));
         let u = l.or(au, bu);
         let u = l.or(u, cu);
         let (a, b, c) = (l.and_not(a, u), l.and_not(b, u), l.and_not(c, u));

@@ -130,6 +130,14 @@ pub(super) fn demux<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32, sel
     all.finish(s);
 }
 
+/// Of three planes the bits that three masks pick.
+#[inline(always)]
+fn blend<A: Algebra>(l: &mut A, [a, b, c]: [A::Plane; 3], [of_a, of_b, of_c]: [A::Plane; 3]) -> A::Plane {
+    let (a, b, c) = (l.and(a, of_a), l.and(b, of_b), l.and(c, of_c));
+    let ab = l.or(a, b);
+    l.or(ab, c)
+}
+
 /// Bit by bit `b` where `s` is 1 and `a` where it is 0; where it is unknown, the value on which both agree.
 #[inline(always)]
 pub(super) fn bit_mux<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
@@ -137,13 +145,8 @@ pub(super) fn bit_mux<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
         let (a, b, select) = (s.get(chosen::A, i), s.get(chosen::B, i), s.get(chosen::S, i));
         let (one, zero, (_, u)) = (l.ones(select), l.zeros(select, A::mask(width, i)), A::planes(select));
         let both = l.merge4(a, b);
-        let mut pick = |a: A::Plane, b: A::Plane, both: A::Plane| {
-            let (x, y, z) = (l.and(a, zero), l.and(b, one), l.and(both, u));
-            let xy = l.or(x, y);
-            l.or(xy, z)
-        };
-        let ((av, au), (bv, bu), (v, u)) = (A::planes(a), A::planes(b), A::planes(both));
-        let y = A::word(pick(av, bv, v), pick(au, bu, u));
+        let ((av, au), (bv, bu), (v, both_u)) = (A::planes(a), A::planes(b), A::planes(both));
+        let y = A::word(blend(l, [av, bv, v], [zero, one, u]), blend(l, [au, bu, both_u], [zero, one, u]));
         s.put(0, i, y);
     }
 }

@@ -55,8 +55,13 @@ pub fn count<A: Algebra>(
     when: Option<A::Plane>,
     step: impl Fn(&mut A, usize) -> A::Word,
 ) {
-    let [en, at_edge, at_once, reset] =
-        [pin::EN, pin::LOAD, pin::ALOAD, pin::RESET].map(|pin| control(l, s, pin, when));
+    let en = control(l, s, pin::EN, when);
+    let at_edge = control(l, s, pin::LOAD, when);
+    let at_once = control(l, s, pin::ALOAD, when);
+    let reset = control(l, s, pin::RESET, when);
+    if en.is_none() && at_edge.is_none() && at_once.is_none() && reset.is_none() {
+        return s.hold();
+    }
     let mut unknown = l.constant(0);
     for i in 0..A::words(width) {
         let (q, step) = (A::planes(s.state(i)).1, step(l, i));
@@ -113,6 +118,9 @@ fn accumulated<A: Algebra>(l: &mut A, s: &impl Site<A>, width: u32) -> Sum<A> {
 #[inline(always)]
 pub fn accumulate<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32, when: Option<A::Plane>) {
     let (en, reset) = (control(l, s, accumulator::EN, when), control(l, s, accumulator::RESET, when));
+    if en.is_none() && reset.is_none() {
+        return s.hold();
+    }
     let zero = l.literal(Word::ZERO);
     let mut sum = accumulated(l, s, width);
     for i in 0..A::words(width) {

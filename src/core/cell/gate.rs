@@ -161,7 +161,7 @@ pub fn majority_word<A: Algebra>(l: &mut A, a: A::Word, b: A::Word, c: A::Word) 
 #[inline(always)]
 pub(super) fn majority<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
     for i in 0..A::words(width) {
-        let [a, b, c] = [ternary::A, ternary::B, ternary::C].map(|pin| s.get(pin, i));
+        let (a, b, c) = (s.get(ternary::A, i), s.get(ternary::B, i), s.get(ternary::C, i));
         let y = majority_word(l, a, b, c);
         s.put(0, i, y);
     }

@@ -37,6 +37,8 @@ macro_rules! stateless {
     };
 }
 
+#[cfg(test)]
+pub(crate) mod agree;
 pub mod algebra;
 pub mod arith;
 pub mod carry;
@@ -49,6 +51,8 @@ mod evaluate;
 pub mod gate;
 pub mod memory;
 pub mod pin;
+#[doc(hidden)]
+pub mod samples;
 pub mod select;
 pub mod shift;
 pub mod storage;
@@ -399,6 +403,88 @@ impl CellKind {
             }
             // all others as their pins say
             (_, _) => own,
+        }
+    }
+
+    /// Whether it gives known bits where all that it reads, its state among it, is known; `acts` tells whether a pin may
+    /// ever be other than 0.
+    #[must_use]
+    pub fn keeps_known(&self, acts: impl Fn(usize) -> bool) -> bool {
+        let known = |value: &Value, pins: &[usize]| value.is_known() || !pins.iter().any(|&pin| acts(pin));
+        match self {
+            CellKind::Gate { .. }
+            | CellKind::AndOr { .. }
+            | CellKind::Majority { .. }
+            | CellKind::HalfAdder
+            | CellKind::FullAdder
+            | CellKind::Adder { .. }
+            | CellKind::Multiply { .. }
+            | CellKind::Compare { .. }
+            | CellKind::Demux { .. }
+            | CellKind::BitMux { .. }
+            | CellKind::BitSame { .. }
+            | CellKind::Products { .. }
+            | CellKind::CarrySave { .. }
+            | CellKind::Carry { .. }
+            | CellKind::Alu(_)
+            | CellKind::IsZero { .. }
+            | CellKind::Sr { .. }
+            | CellKind::Accumulator(_)
+            | CellKind::Clock(_) => true,
+            // of one input 0 alone is a number of it
+            CellKind::Mux { inputs, .. } => *inputs > 1 && inputs.is_power_of_two(),
+            CellKind::Shift { op, .. } => !matches!(op, ShiftOp::Part | ShiftOp::PartSigned),
+            CellKind::Constant(value) => value.is_known(),
+            CellKind::Flop(f) => {
+                known(&f.set_value, &[pin::flop::SET, pin::flop::SYNC_SET])
+                    && known(&f.reset_value, &[pin::flop::RESET, pin::flop::SYNC_RESET])
+            }
+            CellKind::EdgeFlop(f) => {
+                known(&f.set_value, &[pin::edge_flop::SET]) && known(&f.reset_value, &[pin::edge_flop::RESET])
+            }
+            CellKind::Latch(f) => {
+                known(&f.set_value, &[pin::latch::SET]) && known(&f.reset_value, &[pin::latch::RESET])
+            }
+            CellKind::Counter(c) => c.step.is_known(),
+            // a divisor of 0, a power of 0, several lines, what nothing drives, a word that is not there, the past
+            CellKind::Divide { .. }
+            | CellKind::Power { .. }
+            | CellKind::OneHotMux { .. }
+            | CellKind::Tristate { .. }
+            | CellKind::Resolve { .. }
+            | CellKind::Memory(_)
+            | CellKind::Delay { .. }
+            | CellKind::RcDelay(_) => false,
+        }
+    }
+
+    /// The pin that a level of a storage cell lets through at once, and the control that does so.
+    #[must_use]
+    pub fn loads(&self) -> Option<(usize, usize)> {
+        match self {
+            CellKind::Latch(_) => Some((pin::latch::D, pin::latch::EN)),
+            CellKind::Flop(_) => Some((pin::flop::D, pin::flop::ALOAD)),
+            CellKind::Counter(_) => Some((pin::counter::D, pin::counter::ALOAD)),
+            CellKind::Sr { .. }
+            | CellKind::EdgeFlop(_)
+            | CellKind::Accumulator(_)
+            | CellKind::Memory(_)
+            | stateless!() => None,
+        }
+    }
+
+    /// The pins that the output made of a state reads besides it.
+    #[must_use]
+    pub fn derived_pins(&self) -> &'static [usize] {
+        match self {
+            CellKind::Accumulator(_) => &[pin::accumulator::D, pin::accumulator::CI],
+            CellKind::Sr { .. }
+            | CellKind::Latch(_)
+            | CellKind::Flop(_)
+            | CellKind::EdgeFlop(_)
+            | CellKind::Counter(_)
+            | CellKind::Memory(_)
+            | stateless!() => &[],
         }
     }
 

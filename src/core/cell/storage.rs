@@ -99,7 +99,9 @@ pub fn level<A: Algebra>(
     width: u32,
     values: impl Fn(&mut A, usize) -> (A::Word, A::Word),
 ) {
-    let [to_d, to_set, to_reset] = [pins.load, pins.set, pins.reset].map(|pin| control(l, s, pin, None));
+    let to_d = control(l, s, pins.load, None);
+    let to_set = control(l, s, pins.set, None);
+    let to_reset = control(l, s, pins.reset, None);
     if to_d.is_none() && to_set.is_none() && to_reset.is_none() {
         return s.hold();
     }
@@ -123,9 +125,16 @@ pub fn flop_edge<A: Algebra>(
     when: Option<A::Plane>,
     values: impl Fn(&mut A, usize) -> (A::Word, A::Word),
 ) {
-    let [en, sync_set, sync_reset, aload, set, reset] =
-        [flop::EN, flop::SYNC_SET, flop::SYNC_RESET, flop::ALOAD, flop::SET, flop::RESET]
-            .map(|pin| control(l, s, pin, when));
+    let en = control(l, s, flop::EN, when);
+    let sync_set = control(l, s, flop::SYNC_SET, when);
+    let sync_reset = control(l, s, flop::SYNC_RESET, when);
+    let aload = control(l, s, flop::ALOAD, when);
+    let set = control(l, s, flop::SET, when);
+    let reset = control(l, s, flop::RESET, when);
+    if en.is_none() && sync_set.is_none() && sync_reset.is_none() && aload.is_none() && set.is_none() && reset.is_none()
+    {
+        return s.hold();
+    }
     for i in 0..A::words(width) {
         let q = s.state(i);
         let (set_value, reset_value) = values(l, i);
@@ -142,8 +151,13 @@ pub fn flop_edge<A: Algebra>(
 /// The same for one whose asynchronous controls act at their edges: reset, set, load of `ad`, enabled data.
 #[inline(always)]
 pub(super) fn edge_flop_edge<A: Algebra>(l: &mut A, s: &mut impl Site<A>, f: &Flop, when: Option<A::Plane>) {
-    let [en, aload, set, reset] =
-        [edge_flop::EN, edge_flop::ALOAD, edge_flop::SET, edge_flop::RESET].map(|pin| control(l, s, pin, when));
+    let en = control(l, s, edge_flop::EN, when);
+    let aload = control(l, s, edge_flop::ALOAD, when);
+    let set = control(l, s, edge_flop::SET, when);
+    let reset = control(l, s, edge_flop::RESET, when);
+    if en.is_none() && aload.is_none() && set.is_none() && reset.is_none() {
+        return s.hold();
+    }
     for i in 0..A::words(f.init.width()) {
         let q = s.state(i);
         let q = load(l, en, |_| s.get(edge_flop::D, i), q);

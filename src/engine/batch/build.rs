@@ -9,18 +9,46 @@ use crate::netlist::{CellId, Direction, Driver, NetId, Netlist, Slice};
 use crate::value::Word;
 use crate::value::word::word_mask;
 
-/// Inputs up to which a multiplexer is evaluated for all lanes at once.
-const MUX_INPUTS: u32 = 64;
+/// Steps of a cell up to which it is evaluated for all lanes at once.
+const MOST_STEPS: u64 = 1 << 12;
 
-/// Whether what a storage cell may ever load is known; `acts` tells whether a pin may ever be other than 0.
-pub(super) fn loads_known(kind: &CellKind, acts: impl Fn(usize) -> bool) -> bool {
-    let known = |value: &crate::Value, pins: &[usize]| value.is_known() || !pins.iter().any(|&pin| acts(pin));
+/// About how many operations on lanes a cell is.
+fn steps(kind: &CellKind) -> u64 {
+    let n = u64::from;
     match kind {
-        CellKind::Flop(f) => known(&f.set_value, &[3, 6]) && known(&f.reset_value, &[4, 7]),
-        CellKind::EdgeFlop(f) => known(&f.set_value, &[4]) && known(&f.reset_value, &[5]),
-        CellKind::Latch(f) => known(&f.set_value, &[2]) && known(&f.reset_value, &[3]),
-        CellKind::Counter(c) => c.step.is_known(),
-        _ => true,
+        CellKind::Mux { width, inputs } | CellKind::OneHotMux { width, inputs } => n(*width) * n(*inputs),
+        CellKind::Demux { width, select } => n(*width) << select,
+        CellKind::Multiply { a_width, b_width, .. } => n(a_width + b_width) * n(a_width + b_width),
+        CellKind::Divide { width, .. } => n(*width) * n(*width),
+        CellKind::Power { width, b_width, .. } => n(*width) * n(*width) * n(*b_width),
+        CellKind::Shift { a_width, width, b_width, .. } => n(*a_width.max(width)) * n(*b_width.min(&32)),
+        CellKind::Products { width, table } => n(*width) * (table.len() as u64),
+        CellKind::AndOr { width, inputs } | CellKind::Resolve { width, inputs } => n(*width) * n(*inputs),
+        // a few a bit
+        CellKind::Gate { .. }
+        | CellKind::Majority { .. }
+        | CellKind::HalfAdder
+        | CellKind::FullAdder
+        | CellKind::Adder { .. }
+        | CellKind::Compare { .. }
+        | CellKind::BitMux { .. }
+        | CellKind::BitSame { .. }
+        | CellKind::CarrySave { .. }
+        | CellKind::Carry { .. }
+        | CellKind::Alu(_)
+        | CellKind::IsZero { .. }
+        | CellKind::Tristate { .. }
+        | CellKind::Constant(_)
+        | CellKind::Sr { .. }
+        | CellKind::Latch(_)
+        | CellKind::Flop(_)
+        | CellKind::EdgeFlop(_)
+        | CellKind::Counter(_)
+        | CellKind::Accumulator(_)
+        | CellKind::Memory(_)
+        | CellKind::Clock(_)
+        | CellKind::Delay { .. }
+        | CellKind::RcDelay(_) => 1,
     }
 }
 
@@ -199,24 +227,11 @@ impl<'n> Build<'n> {
         let mut outs = [0; 3];
         (0..outputs).for_each(|pin| outs[pin] = self.output(cell, pin));
         let derived = outputs > 1 && self.used[netlist.output(cell, 1).index()];
-        let values_known = match kind {
-            CellKind::Flop(_) | CellKind::Latch(_) | CellKind::EdgeFlop(_) | CellKind::Counter(_) => {
-                loads_known(kind, |pin| self.acts(cell, pin))
-            }
-            CellKind::Mux { inputs, .. } => inputs.is_power_of_two() && *inputs > 1,
-            CellKind::Tristate { .. } | CellKind::Resolve { .. } | CellKind::OneHotMux { .. } => false,
-            _ => code != Code::General,
-        };
-        let count = match *kind {
-            CellKind::Gate { inputs, .. }
-            | CellKind::AndOr { inputs, .. }
-            | CellKind::Mux { inputs, .. }
-            | CellKind::Resolve { inputs, .. }
-            | CellKind::OneHotMux { inputs, .. } => inputs,
-            CellKind::IsZero { width } => width,
-            // what is compared
-            CellKind::Compare { width, .. } => width,
-            _ => 1,
+        let keeps_known = kind.keeps_known(|pin| self.acts(cell, pin));
+        // of a gate, what it joins
+        let count = match code {
+            Code::Gate(_) => kind.input_width(0) / kind.output_width(0),
+            Code::Mux2 | Code::Cell | Code::Storage | Code::General => 1,
         };
         self.program.cells.push(kind.clone());
         Op {
@@ -229,7 +244,7 @@ impl<'n> Build<'n> {
             outs,
             cell: self.program.cells.len() as u32 - 1,
             derived,
-            keeps_known: values_known,
+            keeps_known,
         }
     }
 
@@ -243,22 +258,9 @@ impl<'n> Build<'n> {
             }
             CellKind::Gate { op, .. } => Code::Gate(op),
             CellKind::IsZero { .. } => Code::Gate(GateOp::Nor),
-            CellKind::AndOr { .. } => Code::AndOr,
-            CellKind::Mux { inputs, .. } if inputs <= MUX_INPUTS => Code::Mux,
-            CellKind::HalfAdder => Code::HalfAdder,
-            CellKind::FullAdder => Code::FullAdder,
-            CellKind::Adder { op, .. } => Code::Adder(op),
-            CellKind::Compare { op, signed, .. } => Code::Compare(op, signed),
-            CellKind::BitMux { .. } => Code::BitMux,
-            CellKind::OneHotMux { .. } => Code::OneHotMux,
-            CellKind::CarrySave { .. } => Code::CarrySave,
-            CellKind::Tristate { .. } => Code::Tristate,
-            CellKind::Resolve { .. } => Code::Resolve,
-            CellKind::Sr { set_dominates, .. } => Code::Sr { set_dominates },
-            CellKind::Latch(_) => Code::Latch,
-            CellKind::Flop(_) => Code::Flop,
-            CellKind::Counter(_) => Code::Counter,
-            CellKind::Accumulator(_) => Code::Accumulator,
+            CellKind::Mux { inputs: 2, .. } => Code::Mux2,
+            _ if kind.init().is_some() => Code::Storage,
+            _ if steps(kind) <= MOST_STEPS => Code::Cell,
             _ => Code::General,
         };
         if kind.edge().is_some() {
@@ -268,10 +270,9 @@ impl<'n> Build<'n> {
             for k in 0..op.width {
                 self.program.initial.push(self.program.initial[(op.outs[0] + k) as usize]);
             }
-            let by_one = matches!(kind, CellKind::Counter(c) if c.step.to_u64() == Some(1));
             let levels = kind.inputs().iter().enumerate().any(|(i, p)| p.role == Role::Level && self.acts(cell, i));
             let acts = levels || op.derived;
-            self.program.stores.push(Store { op: op.clone(), q: op.outs[0], next, by_one });
+            self.program.stores.push(Store { op: op.clone(), q: op.outs[0], next });
             if acts {
                 self.program.ops.push(op);
             }

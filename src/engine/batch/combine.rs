@@ -1,11 +1,104 @@
-//! What operations without a state do to all lanes of a block. Bit for bit the functions of the cell room.
+//! What operations do to all lanes of a block: the meaning of cells, in the algebra of [`Lanes`]; and, for cells that are
+//! larger than that is good for, in machine words, lane by lane.
 
-use super::lanes::{Chunk, Four, LANES};
-use super::program::{Code, ONE, Op, Program, Wake, ZERO};
+use super::lanes::{Four, LANES, Lanes, Planes};
+use super::program::{Code, Op, Program, Store, Wake};
 use super::state::State;
-use crate::cell::{AddOp, CompareOp, GateOp, evaluate};
+use crate::cell::{Algebra, GateOp, Site, act, at_edge, derived, evaluate, gate, level};
 use crate::value::Word;
 use crate::value::word::words;
+
+/// An operation in one chunk of lanes. With `K` nothing that it reads is unknown, and nothing that it gives.
+struct Place<'s, const K: bool> {
+    p: &'s Program,
+    op: &'s Op,
+    planes: &'s Planes,
+    /// The first bit of the state that it reads, and of each output.
+    q: u32,
+    outs: [u32; 3],
+    c: usize,
+    /// What has been seen of each bit that it gives, those of the second output after those of the first.
+    seen: &'s mut [Seen],
+    /// By output: whether it has been given in any chunk, and whether it has been held in any.
+    given: [bool; 3],
+    held: bool,
+    /// What is held is to be copied to the output, which is another bit than the state.
+    copies: bool,
+}
+
+/// What has been seen of a bit in the chunks so far.
+#[derive(Clone, Copy, Default, Debug)]
+pub(super) struct Seen {
+    changed: bool,
+    unknown: bool,
+}
+
+impl<const K: bool> Place<'_, K> {
+    #[inline(always)]
+    fn read(&self, bit: u32) -> Four {
+        self.planes.plane::<K>(bit).get(self.c)
+    }
+
+    #[inline(always)]
+    fn write(&mut self, output: usize, i: usize, c: usize, new: Four) {
+        let bit = self.outs[output] + i as u32;
+        let seen = &mut self.seen[output * self.op.width as usize + i];
+        let changed =
+            if K { self.planes.plane::<true>(bit).put(c, new) } else { self.planes.plane::<false>(bit).put(c, new) };
+        seen.changed |= changed.any();
+        if !K {
+            seen.unknown |= new.u.any();
+        }
+    }
+
+    /// Copies the state to the output in a chunk.
+    #[inline(always)]
+    fn keep(&mut self, c: usize) {
+        for i in 0..self.op.width {
+            let held = self.planes.plane::<K>(self.q + i).get(c);
+            self.write(0, i as usize, c, held);
+        }
+    }
+
+    /// Goes to a chunk.
+    #[inline(always)]
+    fn at(&mut self, c: usize) {
+        self.c = c;
+    }
+}
+
+impl<const K: bool> Site<Lanes> for Place<'_, K> {
+    #[inline(always)]
+    fn get(&self, pin: usize, i: usize) -> Four {
+        self.read(self.p.pool[self.op.pins[pin] as usize + i])
+    }
+
+    #[inline(always)]
+    fn state(&self, i: usize) -> Four {
+        self.read(self.q + i as u32)
+    }
+
+    #[inline(always)]
+    fn put(&mut self, output: usize, i: usize, w: Four) {
+        if !self.given[output] {
+            self.given[output] = true;
+            if output == 0 && self.copies {
+                // the chunks before
+                (0..self.c).for_each(|c| self.keep(c));
+            }
+        }
+        self.write(output, i, self.c, w);
+    }
+
+    #[inline(always)]
+    fn hold(&mut self) {
+        if !self.copies {
+            self.held = true;
+        } else if self.given[0] {
+            self.keep(self.c);
+        }
+    }
+}
 
 impl State {
     /// Marks what reads a bit.
@@ -40,298 +133,193 @@ impl State {
     pub fn run<const K: bool>(&mut self, p: &Program, op: &Op) {
         match op.code {
             Code::Gate(gate) => match gate {
-                GateOp::And | GateOp::Nand => self.gate::<K>(p, op, gate.inverts(), Four::and),
-                GateOp::Xor | GateOp::Xnor => self.gate::<K>(p, op, gate.inverts(), Four::xor),
-                _ => self.gate::<K>(p, op, gate.inverts(), Four::or),
+                GateOp::And | GateOp::Nand => self.gate::<K>(p, op, GateOp::And, gate.inverts()),
+                GateOp::Xor | GateOp::Xnor => self.gate::<K>(p, op, GateOp::Xor, gate.inverts()),
+                GateOp::Or | GateOp::Nor | GateOp::Buf | GateOp::Not => {
+                    self.gate::<K>(p, op, GateOp::Or, gate.inverts());
+                }
             },
-            Code::AndOr => self.and_or::<K>(p, op),
-            Code::Mux => self.mux::<K>(p, op),
-            Code::HalfAdder => self.full_adder::<K>(p, op, ZERO),
-            Code::FullAdder => self.full_adder::<K>(p, op, p.pool[op.pins[2] as usize]),
-            Code::Adder(add) => {
-                let sub = match add {
-                    AddOp::Add => ZERO,
-                    AddOp::Sub => ONE,
-                    AddOp::AddSub => p.pool[op.pins[3] as usize],
-                };
-                self.adder::<K>(p, op, sub);
-            }
-            Code::Compare(compare, signed) => self.compare::<K>(p, op, compare, signed),
-            Code::BitMux => self.bit_mux::<K>(p, op),
-            Code::OneHotMux => self.one_hot(p, op),
-            Code::CarrySave => self.carry_save::<K>(p, op),
-            Code::Tristate => self.tristate(p, op),
-            Code::Resolve => self.resolve(p, op),
-            Code::Sr { .. } | Code::Latch | Code::Flop | Code::Counter | Code::Accumulator => {
-                self.level::<K>(p, op);
-            }
+            Code::Mux2 => self.mux::<K>(p, op),
+            Code::Cell => self.cell::<K>(p, op),
+            Code::Storage => self.storage::<K>(p, op),
             Code::General => self.general(p, op),
         }
     }
 
+    /// A gate, bit by bit in all chunks: what most of a netlist is.
     #[inline(always)]
-    fn gate<const K: bool>(&mut self, p: &Program, op: &Op, inverts: bool, join: impl Fn(Four, Four) -> Four) {
+    fn gate<const K: bool>(&mut self, p: &Program, op: &Op, join: GateOp, inverts: bool) {
         let ins = &p.pool[op.pins[0] as usize..op.pins[1] as usize];
-        let (width, inverted) = (op.width as usize, Chunk::splat(inverts));
-        let finish = |w: Four| Four { v: (w.v ^ inverted) & !w.u, u: w.u };
+        let width = op.width as usize;
+        let l = &mut Lanes;
+        let last = if inverts { GateOp::Not } else { GateOp::Buf };
         for i in 0..width {
             let y = op.outs[0] + i as u32;
             let [a, b] = [0, width].map(|at| self.planes.plane::<K>(*ins.get(i + at).unwrap_or(&0)));
             let changed = match op.inputs {
-                1 => self.planes.write::<K>(y, |c| finish(a.get(c).read())),
-                2 => self.planes.write::<K>(y, |c| finish(join(a.get(c), b.get(c)))),
+                1 => self.planes.write::<K>(y, |c| gate::finish(l, last, a.get(c), 1)),
+                2 => self.planes.write::<K>(y, |c| {
+                    let all = gate::join(l, join, a.get(c), b.get(c));
+                    gate::finish(l, last, all, 1)
+                }),
                 3 => {
                     let d = self.planes.plane::<K>(ins[i + 2 * width]);
-                    self.planes.write::<K>(y, |c| finish(join(join(a.get(c), b.get(c)), d.get(c))))
+                    self.planes.write::<K>(y, |c| {
+                        let all = gate::join(l, join, a.get(c), b.get(c));
+                        let all = gate::join(l, join, all, d.get(c));
+                        gate::finish(l, last, all, 1)
+                    })
                 }
                 _ => self.planes.write::<K>(y, |c| {
-                    let mut all = join(a.get(c), b.get(c));
+                    let mut all = gate::join(l, join, a.get(c), b.get(c));
                     for &bit in ins[i..].iter().step_by(width).skip(2) {
-                        all = join(all, self.planes.plane::<K>(bit).get(c));
+                        all = gate::join(l, join, all, self.planes.plane::<K>(bit).get(c));
                     }
-                    finish(all)
+                    gate::finish(l, last, all, 1)
                 }),
             };
             self.tell(p, y, changed);
         }
     }
 
-    #[inline(always)]
-    fn and_or<const K: bool>(&mut self, p: &Program, op: &Op) {
-        let [ins, sel] = [0, 1].map(|pin| &p.pool[op.pins[pin] as usize..op.pins[pin + 1] as usize]);
-        let width = op.width as usize;
-        for i in 0..width {
-            let y = op.outs[0] + i as u32;
-            let changed = self.planes.write::<K>(y, |c| {
-                let pairs = ins[i..].iter().step_by(width).zip(sel);
-                pairs.fold(Four::default(), |all, (&a, &s)| {
-                    all.or(self.planes.plane::<K>(a).get(c).and(self.planes.plane::<K>(s).get(c)))
-                })
-            });
-            self.tell(p, y, changed);
-        }
-    }
-
+    /// A multiplexer of two inputs, bit by bit in all chunks.
     #[inline(always)]
     fn mux<const K: bool>(&mut self, p: &Program, op: &Op) {
         let [ins, sel] = [0, 1].map(|pin| &p.pool[op.pins[pin] as usize..op.pins[pin + 1] as usize]);
-        let (width, inputs) = (op.width as usize, op.inputs as usize);
+        let width = op.width as usize;
+        let l = &mut Lanes;
         for i in 0..width {
             let y = op.outs[0] + i as u32;
-            let changed = if inputs == 2 {
-                let [a, b, s] = [ins[i], ins[i + width], sel[0]].map(|bit| self.planes.plane::<K>(bit));
-                self.planes.write::<K>(y, |c| s.get(c).choose(a.get(c), b.get(c)))
-            } else {
-                let tree = &mut self.tree;
-                let planes = &self.planes;
-                planes.write::<K>(y, |c| {
-                    // the inputs in pairs by the lowest bit of the select, what is chosen by the next; x beyond them
-                    for k in 0..1 << sel.len() {
-                        let input = ins.get(k * width + i);
-                        tree[k] = input.map_or(Four::X, |&bit| planes.plane::<K>(bit).get(c));
-                    }
-                    for (j, &s) in sel.iter().enumerate() {
-                        let s = planes.plane::<K>(s).get(c);
-                        for k in 0..1 << (sel.len() - j - 1) {
-                            tree[k] = s.choose(tree[2 * k], tree[2 * k + 1]);
-                        }
-                    }
-                    tree[0]
-                })
-            };
+            let [a, b, s] = [ins[i], ins[i + width], sel[0]].map(|bit| self.planes.plane::<K>(bit));
+            let changed = self.planes.write::<K>(y, |c| l.mux4(s.get(c), b.get(c), a.get(c)));
             self.tell(p, y, changed);
         }
     }
 
+    /// Any cell without a state, chunk by chunk.
     #[inline(always)]
-    fn full_adder<const K: bool>(&mut self, p: &Program, op: &Op, ci: u32) {
-        let [a, b] = [0, 1].map(|pin| p.pool[op.pins[pin] as usize]);
-        let [pa, pb, pc] = [a, b, ci].map(|bit| self.planes.plane::<K>(bit));
-        let s = self.planes.write::<K>(op.outs[0], |c| pa.get(c).xor(pb.get(c)).xor(pc.get(c)));
-        let co = self.planes.write::<K>(op.outs[1], |c| {
-            let (a, b) = (pa.get(c), pb.get(c));
-            a.and(b).or(a.xor(b).and(pc.get(c)))
-        });
-        for (bit, changed) in [(op.outs[0], s), (op.outs[1], co)] {
-            self.tell(p, bit, changed);
-        }
-    }
-
-    /// The lanes in which any of some bits is unknown, into the first scratch.
-    #[inline(always)]
-    pub fn find_unknown(&mut self, bits: impl Iterator<Item = u32>) {
-        self.bad.fill(Chunk::ZERO);
-        for bit in bits {
-            if self.planes.may_be_unknown(bit) {
-                let plane = self.planes.plane::<false>(bit);
-                for (c, bad) in self.bad.iter_mut().enumerate() {
-                    *bad |= plane.get(c).u;
-                }
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn adder<const K: bool>(&mut self, p: &Program, op: &Op, sub: u32) {
-        let [a, b, ci] = [0, 1, 2].map(|pin| &p.pool[op.pins[pin] as usize..op.pins[pin + 1] as usize]);
-        if !K {
-            self.find_unknown(a.iter().chain(b).chain([&ci[0], &sub]).copied());
-        }
-        let [ci, minus] = [ci[0], sub].map(|bit| self.planes.plane::<K>(bit));
-        for (c, carry) in self.carry.iter_mut().enumerate() {
-            *carry = ci.get(c).v ^ minus.get(c).v;
-        }
-        for i in 0..op.width as usize {
-            let y = op.outs[0] + i as u32;
-            let [a, b, sub] = [a[i], b[i], sub].map(|bit| self.planes.plane::<K>(bit));
-            let (carries, bad) = (&mut self.carry, &self.bad);
-            let changed = self.planes.write::<K>(y, |c| {
-                let (a, b, carry) = (a.get(c).v, b.get(c).v ^ sub.get(c).v, carries[c]);
-                let half = a ^ b;
-                carries[c] = (a & b) | (half & carry);
-                if K { Four::known(half ^ carry) } else { Four { v: (half ^ carry) & !bad[c], u: bad[c] } }
-            });
-            self.tell(p, y, changed);
-        }
-        if op.derived || op.group != 0 {
-            let sub = self.planes.plane::<K>(sub);
-            let (carries, bad) = (&self.carry, &self.bad);
-            let changed = self.planes.write::<K>(op.outs[1], |c| {
-                let co = carries[c] ^ sub.get(c).v;
-                if K { Four::known(co) } else { Four { v: co & !bad[c], u: bad[c] } }
-            });
-            self.tell(p, op.outs[1], changed);
-        }
-    }
-
-    #[inline(always)]
-    fn compare<const K: bool>(&mut self, p: &Program, op: &Op, compare: CompareOp, signed: bool) {
-        let [a, b] = [0, 1].map(|pin| &p.pool[op.pins[pin] as usize..op.pins[pin + 1] as usize]);
-        let planes = &self.planes;
-        let pair = |i: usize, c: usize| (planes.plane::<K>(a[i]).get(c), planes.plane::<K>(b[i]).get(c));
-        let y = op.outs[0];
-        let changed = match compare {
-            CompareOp::Same | CompareOp::Differs => planes.write::<K>(y, |c| {
-                let differs = (0..a.len()).fold(Chunk::ZERO, |all, i| {
-                    let (a, b) = pair(i, c);
-                    all | (a.v ^ b.v) | (a.u ^ b.u)
-                });
-                Four::known(differs ^ Chunk::splat(compare == CompareOp::Same))
-            }),
-            CompareOp::Eq | CompareOp::Ne => planes.write::<K>(y, |c| {
-                let (mut differs, mut unknown) = (Chunk::ZERO, Chunk::ZERO);
-                for i in 0..a.len() {
-                    let (a, b) = pair(i, c);
-                    differs |= (a.v ^ b.v) & !(a.u | b.u);
-                    unknown |= a.u | b.u;
-                }
-                let u = unknown & !differs;
-                Four { v: (differs ^ Chunk::splat(compare == CompareOp::Eq)) & !u, u }
-            }),
-            _ => {
-                let swapped = matches!(compare, CompareOp::Gt | CompareOp::Le);
-                let inverted = Chunk::splat(matches!(compare, CompareOp::Le | CompareOp::Ge));
-                planes.write::<K>(y, |c| {
-                    let (mut less, mut u) = (Chunk::ZERO, Chunk::ZERO);
-                    for i in 0..a.len() {
-                        let (a, b) = pair(i, c);
-                        u |= a.u | b.u;
-                        // of sign bits the one that is set is the less
-                        let (a, b) = if swapped != (signed && i + 1 == op.inputs as usize) { (b, a) } else { (a, b) };
-                        less = (!a.v & b.v) | (!(a.v ^ b.v) & less);
-                    }
-                    Four { v: (less ^ inverted) & !u, u }
-                })
-            }
+    fn cell<const K: bool>(&mut self, p: &Program, op: &Op) {
+        let kind = &p.cells[op.cell as usize];
+        let mut seen = std::mem::take(&mut self.seen);
+        let mut place = Place::<K> {
+            p,
+            op,
+            planes: &self.planes,
+            q: 0,
+            outs: op.outs,
+            c: 0,
+            seen: &mut seen,
+            given: [false; 3],
+            held: false,
+            copies: false,
         };
-        self.tell(p, y, changed);
-    }
-
-    #[inline(always)]
-    fn bit_mux<const K: bool>(&mut self, p: &Program, op: &Op) {
-        for i in 0..op.width {
-            let y = op.outs[0] + i;
-            let [a, b, s] = [0, 1, 2].map(|pin| self.planes.plane::<K>(p.pool[(op.pins[pin] + i) as usize]));
-            let changed = self.planes.write::<K>(y, |c| s.get(c).choose(a.get(c), b.get(c)));
-            self.tell(p, y, changed);
-        }
-    }
-
-    #[inline(always)]
-    fn carry_save<const K: bool>(&mut self, p: &Program, op: &Op) {
-        for i in 0..op.width {
-            let planes = [0, 1, 2].map(|pin| self.planes.plane::<K>(p.pool[(op.pins[pin] + i) as usize]));
-            let known = |c: usize| {
-                let all = planes.map(|plane| plane.get(c));
-                let u = all[0].u | all[1].u | all[2].u;
-                (all.map(|w| w.v & !u), u)
-            };
-            let (x, y) = (op.outs[0] + i, op.outs[1] + i);
-            let carries = self.planes.write::<K>(x, |c| {
-                let ([a, b, d], u) = known(c);
-                Four { v: (a & b) | (d & (a ^ b)), u }
-            });
-            let sums = self.planes.write::<K>(y, |c| {
-                let ([a, b, d], u) = known(c);
-                Four { v: (a ^ b ^ d) & !u, u }
-            });
-            self.tell(p, x, carries);
-            self.tell(p, y, sums);
-        }
-    }
-
-    #[inline(always)]
-    fn one_hot(&mut self, p: &Program, op: &Op) {
-        let [a, b, s] = [0, 1, 2].map(|pin| &p.pool[op.pins[pin] as usize..op.pins[pin + 1] as usize]);
-        let width = op.width as usize;
         for c in 0..self.planes.chunks {
-            let (mut one, mut bad) = (Chunk::ZERO, Chunk::ZERO);
-            for &line in s {
-                let line = self.planes.plane::<false>(line).get(c);
-                bad |= line.u | (one & line.ones());
-                one |= line.ones();
+            place.at(c);
+            act(&mut Lanes, kind, &mut place);
+        }
+        let given = place.given;
+        self.report::<K>(p, op, op.outs, &mut seen, given, false, true);
+        self.seen = seen;
+    }
+
+    /// What a storage cell does without a clock, and the output made from its state.
+    #[inline(always)]
+    fn storage<const K: bool>(&mut self, p: &Program, op: &Op) {
+        let kind = &p.cells[op.cell as usize];
+        let mut seen = std::mem::take(&mut self.seen);
+        let q = p.pool[op.pins[op.pin_count as usize - 1] as usize];
+        // in a feedback group the outputs are copies, which have to be written in any case
+        let copies = op.group != 0;
+        let mut place = Place::<K> {
+            p,
+            op,
+            planes: &self.planes,
+            q,
+            outs: op.outs,
+            c: 0,
+            seen: &mut seen,
+            given: [copies, false, false],
+            held: false,
+            copies,
+        };
+        for c in 0..self.planes.chunks {
+            place.at(c);
+            level(&mut Lanes, kind, &mut place);
+        }
+        place.q = op.outs[0];
+        if op.derived {
+            for c in 0..self.planes.chunks {
+                place.at(c);
+                derived(&mut Lanes, kind, &mut place);
             }
-            (self.carry[c], self.bad[c]) = (one, bad);
         }
-        for i in 0..width {
-            let y = op.outs[0] + i as u32;
-            let held = self.planes.plane::<false>(a[i]);
-            let changed = self.planes.write::<false>(y, |c| {
-                let (one, bad) = (self.carry[c], self.bad[c]);
-                let chosen = s.iter().enumerate().fold(held.get(c).within(!one), |all, (k, &line)| {
-                    let line = self.planes.plane::<false>(line).get(c).ones();
-                    all.join(self.planes.plane::<false>(b[k * width + i]).get(c).within(line))
-                });
-                chosen.within(!bad).join(Four::X.within(bad))
-            });
-            self.tell(p, y, changed);
-        }
+        let (given, held) = (place.given, place.held);
+        self.report::<K>(p, op, op.outs, &mut seen, given, held, true);
+        self.seen = seen;
     }
 
+    /// Computes what a store takes in the lanes of its trigger mask, for the commit to write. Returns whether any lane
+    /// may change.
     #[inline(always)]
-    fn tristate(&mut self, p: &Program, op: &Op) {
-        for i in 0..op.width {
-            let en = self.planes.plane::<false>(p.pool[op.pins[1] as usize]);
-            let (a, y) = (self.planes.plane::<false>(p.pool[(op.pins[0] + i) as usize]), op.outs[0] + i);
-            let changed = self.planes.write::<false>(y, |c| {
-                let en = en.get(c);
-                a.get(c).within(en.ones()).join(Four::Z.within(en.zeros())).join(Four::X.within(en.u))
-            });
-            self.tell(p, y, changed);
+    pub fn sample<const K: bool>(&mut self, p: &Program, store: &Store, number: usize) -> bool {
+        let kind = &p.cells[store.op.cell as usize];
+        let mut seen = std::mem::take(&mut self.seen);
+        let outs = [store.next, 0, 0];
+        let mut place = Place::<K> {
+            p,
+            op: &store.op,
+            planes: &self.planes,
+            q: store.q,
+            outs,
+            c: 0,
+            seen: &mut seen,
+            given: [false; 3],
+            held: false,
+            copies: true,
+        };
+        for c in 0..self.planes.chunks {
+            place.at(c);
+            at_edge(&mut Lanes, kind, Some(self.triggers[number][c]), &mut place);
         }
+        let given = place.given;
+        // nobody reads what waits to be committed
+        self.report::<K>(p, &store.op, outs, &mut seen, given, false, false);
+        self.seen = seen;
+        given[0]
     }
 
+    /// Notes which bits may be unknown, and tells of those that have changed; clears what has been seen.
     #[inline(always)]
-    fn resolve(&mut self, p: &Program, op: &Op) {
-        let ins = &p.pool[op.pins[0] as usize..op.pins[1] as usize];
-        let width = op.width as usize;
-        for i in 0..width {
-            let y = op.outs[0] + i as u32;
-            let changed = self.planes.write::<false>(y, |c| {
-                let drivers = ins[i..].iter().step_by(width);
-                drivers.fold(Four::Z, |all, &bit| all.resolve(self.planes.plane::<false>(bit).get(c)))
-            });
-            self.tell(p, y, changed);
+    #[expect(clippy::too_many_arguments, reason = "what a place has seen, one by one")]
+    fn report<const K: bool>(
+        &mut self,
+        p: &Program,
+        op: &Op,
+        outs: [u32; 3],
+        seen: &mut [Seen],
+        given: [bool; 3],
+        held: bool,
+        tells: bool,
+    ) {
+        let kind = &p.cells[op.cell as usize];
+        for output in 0..3 {
+            if !given[output] {
+                continue;
+            }
+            for i in 0..kind.output_width(output) {
+                let bit = outs[output] + i;
+                let seen = std::mem::take(&mut seen[output * op.width as usize + i as usize]);
+                let mut changed = seen.changed;
+                if K {
+                    changed |= self.planes.may_be_unknown(bit) && self.planes.clear_unknown(bit);
+                } else {
+                    let before = output == 0 && held && self.planes.may_be_unknown(bit);
+                    self.planes.set_unknown(bit, seen.unknown || before);
+                }
+                if tells {
+                    self.tell(p, bit, changed);
+                }
+            }
         }
     }
 
@@ -378,11 +366,6 @@ impl State {
             to[i / 64].u |= w.u << (i % 64);
         }
     }
-}
-
-/// Whether bit `at` of a known value is 1.
-pub(super) fn bit_of_value(value: &crate::Value, at: u32) -> bool {
-    value.words().nth(at as usize / 64).is_some_and(|w| w.v >> (at % 64) & 1 == 1)
 }
 
 /// Bit `at` of a vector.

@@ -6,6 +6,7 @@
 use std::cell::Cell;
 use std::ops::{BitAnd, BitOr, BitOrAssign, BitXor, Not};
 
+use crate::cell::Algebra;
 use crate::value::Word;
 
 /// Lanes of a [`Chunk`].
@@ -77,7 +78,7 @@ impl Chunk {
     }
 }
 
-/// A four-valued bit of each of 512 lanes; the planes mean what they mean in [`Word`], and the operators are its.
+/// A four-valued bit of each of 512 lanes; the planes mean what they mean in [`Word`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Four {
     pub v: Chunk,
@@ -85,9 +86,6 @@ pub(super) struct Four {
 }
 
 impl Four {
-    pub const X: Four = Four { v: Chunk::ZERO, u: Chunk::ONES };
-    pub const Z: Four = Four { v: Chunk::ONES, u: Chunk::ONES };
-
     #[inline(always)]
     pub fn known(v: Chunk) -> Four {
         Four { v, u: Chunk::ZERO }
@@ -113,46 +111,6 @@ impl Four {
         Four { v: self.v & !self.u, u: self.u }
     }
 
-    #[inline(always)]
-    pub fn and(self, o: Four) -> Four {
-        let (a, b) = (self.ones(), o.ones());
-        Four { v: a & b, u: (self.u | o.u) & (self.u | a) & (o.u | b) }
-    }
-
-    #[inline(always)]
-    pub fn or(self, o: Four) -> Four {
-        let v = self.ones() | o.ones();
-        Four { v, u: (self.u | o.u) & !v }
-    }
-
-    #[inline(always)]
-    pub fn xor(self, o: Four) -> Four {
-        let u = self.u | o.u;
-        Four { v: (self.v ^ o.v) & !u, u }
-    }
-
-    #[inline(always)]
-    pub fn not(self) -> Four {
-        Four { v: self.zeros(), u: self.u }
-    }
-
-    #[inline(always)]
-    pub fn merge(self, o: Four) -> Four {
-        let u = self.u | o.u | (self.v ^ o.v);
-        Four { v: self.v & !u, u }
-    }
-
-    #[inline(always)]
-    pub fn resolve(self, o: Four) -> Four {
-        let (za, zb) = (self.v & self.u, o.v & o.u);
-        let both = !za & !zb;
-        let conflict = both & (self.u | o.u | (self.v ^ o.v));
-        Four {
-            v: (za & o.v) | (zb & self.v) | (both & self.v & o.v & !conflict),
-            u: (za & o.u) | (zb & self.u) | conflict,
-        }
-    }
-
     /// These bits, as they are, in the lanes of a mask, 0 in the others.
     #[inline(always)]
     pub fn within(self, mask: Chunk) -> Four {
@@ -164,12 +122,120 @@ impl Four {
     pub fn join(self, o: Four) -> Four {
         Four { v: self.v | o.v, u: self.u | o.u }
     }
+}
 
-    /// What a multiplexer gives whose select is `self`.
+/// The [algebra](crate::cell::Algebra) of lanes: a word is one bit of a vector, in all lanes of a chunk.
+pub(super) struct Lanes;
+
+impl Algebra for Lanes {
+    type Plane = Chunk;
+    type Word = Four;
+    const BITS: u32 = 1;
+
     #[inline(always)]
-    pub fn choose(self, a: Four, b: Four) -> Four {
-        let both = a.merge(b);
-        a.within(self.zeros()).join(b.within(self.ones())).join(both.within(self.u))
+    fn word(v: Chunk, u: Chunk) -> Four {
+        Four { v, u }
+    }
+
+    #[inline(always)]
+    fn planes(w: Four) -> (Chunk, Chunk) {
+        (w.v, w.u)
+    }
+
+    #[inline(always)]
+    fn constant(&mut self, bits: u64) -> Chunk {
+        Chunk::splat(bits & 1 != 0)
+    }
+
+    #[inline(always)]
+    fn and(&mut self, a: Chunk, b: Chunk) -> Chunk {
+        a & b
+    }
+
+    #[inline(always)]
+    fn or(&mut self, a: Chunk, b: Chunk) -> Chunk {
+        a | b
+    }
+
+    #[inline(always)]
+    fn xor(&mut self, a: Chunk, b: Chunk) -> Chunk {
+        a ^ b
+    }
+
+    #[inline(always)]
+    fn and_not(&mut self, a: Chunk, b: Chunk) -> Chunk {
+        a & !b
+    }
+
+    #[inline(always)]
+    fn shl(&mut self, a: Chunk, _: u32) -> Chunk {
+        a
+    }
+
+    #[inline(always)]
+    fn shr(&mut self, a: Chunk, _: u32) -> Chunk {
+        a
+    }
+
+    #[inline(always)]
+    fn shl_by(&mut self, a: Chunk, _: Chunk) -> Chunk {
+        a
+    }
+
+    #[inline(always)]
+    fn shr_by(&mut self, a: Chunk, _: Chunk) -> Chunk {
+        a
+    }
+
+    #[inline(always)]
+    fn any(&mut self, a: Chunk) -> Chunk {
+        a
+    }
+
+    #[inline(always)]
+    fn parity(&mut self, a: Chunk) -> Chunk {
+        a
+    }
+
+    #[inline(always)]
+    fn several(&mut self, _: Chunk) -> Chunk {
+        Chunk::ZERO
+    }
+
+    #[inline(always)]
+    fn equal(&mut self, a: Chunk, b: Chunk) -> Chunk {
+        !(a ^ b)
+    }
+
+    #[inline(always)]
+    fn less(&mut self, a: Chunk, b: Chunk) -> Chunk {
+        !a & b
+    }
+
+    #[inline(always)]
+    fn select(&mut self, s: Chunk, a: Chunk, b: Chunk) -> Chunk {
+        (a & s) | (b & !s)
+    }
+
+    #[inline(always)]
+    fn splat(&mut self, s: Chunk, mask: u64) -> Chunk {
+        if mask & 1 == 1 { s } else { Chunk::ZERO }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, a: Chunk, b: Chunk, carry: Chunk, _: u32) -> (Chunk, Chunk) {
+        let half = a ^ b;
+        (half ^ carry, (a & b) | (half & carry))
+    }
+
+    #[inline(always)]
+    fn mul_add(&mut self, a: Chunk, b: Chunk, c: Chunk, d: Chunk) -> (Chunk, Chunk) {
+        self.add(a & b, c, d, 1)
+    }
+
+    #[inline(always)]
+    fn never(&self, a: Chunk) -> bool {
+        !a.any()
     }
 }
 
@@ -198,7 +264,7 @@ impl<const K: bool> Plane<'_, K> {
 
     /// Writes; returns the lanes that change.
     #[inline(always)]
-    fn put(&self, c: usize, new: Four) -> Chunk {
+    pub fn put(&self, c: usize, new: Four) -> Chunk {
         let mut changed = self.v[c].get() ^ new.v;
         self.v[c].set(new.v);
         if !K {
@@ -296,9 +362,15 @@ impl Planes {
         }
     }
 
+    /// Says whether a bit may be unknown in some lane.
+    #[inline(always)]
+    pub fn set_unknown(&self, bit: u32, unknown: bool) {
+        self.unknown[bit as usize].set(unknown);
+    }
+
     /// All lanes of a bit have become known.
     #[inline(never)]
-    fn clear_unknown(&self, bit: u32) -> bool {
+    pub fn clear_unknown(&self, bit: u32) -> bool {
         self.unknown[bit as usize].set(false);
         let plane = self.plane::<false>(bit);
         let mut changed = Chunk::ZERO;
@@ -345,5 +417,78 @@ impl Planes {
             self.unknown[bit as usize].set(true);
         }
         changed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cell::agree::{bit, cases};
+    use crate::cell::{Site, act, at_edge, derived, level};
+
+    /// The pins of a cell as bits, the same in all lanes.
+    struct Place<'s> {
+        ins: &'s [Vec<Four>],
+        q: &'s [Four],
+        outs: Vec<Vec<Four>>,
+    }
+
+    impl Site<Lanes> for Place<'_> {
+        fn get(&self, pin: usize, i: usize) -> Four {
+            self.ins[pin][i]
+        }
+
+        fn state(&self, i: usize) -> Four {
+            self.q[i]
+        }
+
+        fn put(&mut self, output: usize, i: usize, w: Four) {
+            assert_eq!(self.outs[output].len(), i, "words come in order");
+            self.outs[output].push(w);
+        }
+
+        fn hold(&mut self) {
+            self.outs[0] = self.q.to_vec();
+        }
+    }
+
+    #[test]
+    fn lanes_are_as_machine_words() {
+        for case in cases(false, 65) {
+            let kind = &case.kind;
+            let expected = case.expected();
+            let vector = |words: &[Word], width: u32| (0..width).map(|i| Four::splat(bit(words, i))).collect();
+            let ins = (0..kind.inputs().len()).map(|pin| vector(&case.ins[pin], kind.input_width(pin)));
+            let ins: Vec<Vec<Four>> = ins.collect();
+            let place = |q| Place { ins: &ins, q, outs: vec![Vec::new(); 3] };
+            let check = |found: &[Four], wanted: &[Word]| {
+                for (i, &found) in found.iter().enumerate() {
+                    let wanted = Four::splat(bit(wanted, i as u32));
+                    assert_eq!(found, wanted, "bit {i} of {kind:?} of {:?}, {:?}", case.ins, case.state);
+                }
+            };
+            let width = kind.output_width(0) as usize;
+            if case.state.is_empty() {
+                let mut all = place(&[]);
+                act(&mut Lanes, kind, &mut all);
+                for (pin, wanted) in expected.outputs.iter().enumerate() {
+                    assert_eq!(all.outs[pin].len(), kind.output_width(pin) as usize);
+                    check(&all.outs[pin], wanted);
+                }
+                continue;
+            }
+            let q: Vec<Four> = vector(&case.state, width as u32);
+            let (mut at_once, mut next) = (place(&q), place(&q));
+            level(&mut Lanes, kind, &mut at_once);
+            check(&at_once.outs[0], &expected.outputs[0]);
+            let mut second = place(&at_once.outs[0]);
+            derived(&mut Lanes, kind, &mut second);
+            if let Some(wanted) = expected.outputs.get(1) {
+                check(&second.outs[1], wanted);
+            }
+            at_edge(&mut Lanes, kind, None, &mut next);
+            assert_eq!(next.outs[0].len(), width);
+            check(&next.outs[0], &expected.next);
+        }
     }
 }

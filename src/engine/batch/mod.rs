@@ -3,9 +3,8 @@
 //! A lane is one run. Each bit of the netlist is a plane of one bit a lane, and a second plane says in which lanes it is
 //! unknown; while it is so in none, operations leave the second planes alone. Lanes stand in blocks that stay in cache.
 //! An operation runs when anything that it reads has changed in any lane of the block, in the order that the event
-//! engine runs it in. What a cell does to all lanes at once is in `combine` and `store`, compiled for each vector
-//! extension and chosen at run time; cells that have no such form are evaluated lane by lane by the functions of the
-//! cell room. Values are those of [`EventEngine`](super::EventEngine) bit for bit.
+//! engine runs it in. What a cell does to all lanes at once is its meaning in the algebra of lanes (`combine`), compiled
+//! for each vector extension and chosen at run time; cells of very many steps are evaluated lane by lane in machine words. Values are those of [`EventEngine`](super::EventEngine) bit for bit.
 //!
 //! The engine knows no time: who drives it changes inputs, clocks included, and settles. Netlists with delays or
 //! memories are not for it.
@@ -19,7 +18,6 @@ mod lanes;
 mod passage;
 mod program;
 mod state;
-mod store;
 
 use std::fmt;
 use std::sync::Arc;
@@ -129,8 +127,9 @@ impl BatchEngine {
         }
         if self.state.known.on {
             let mut changed = false;
+            let all: Vec<Word> = value.words().collect();
             for i in 0..width {
-                let bit = Chunk::splat(combine::bit_of_value(value, i));
+                let bit = Chunk::splat(combine::bit_of(&all, i).v == 1);
                 changed |= self.state.planes.merge(first + i, bit, lanes);
             }
             self.state.known.change(&self.program, net, changed);

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::build::Build;
 use super::known::Layout;
-use crate::cell::{AddOp, CellKind, Clock, CompareOp, GateOp};
+use crate::cell::{CellKind, Clock, GateOp};
 use crate::netlist::{CellId, NetId, Netlist, Slice};
 use crate::value::Word;
 
@@ -17,25 +17,12 @@ pub(super) const ONE: u32 = 1;
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Code {
     Gate(GateOp),
-    AndOr,
-    Mux,
-    HalfAdder,
-    FullAdder,
-    Adder(AddOp),
-    Compare(CompareOp, bool),
-    BitMux,
-    OneHotMux,
-    CarrySave,
-    Tristate,
-    Resolve,
-    Sr {
-        set_dominates: bool,
-    },
-    Latch,
-    /// What a flip-flop, a counter or an accumulator does without a clock.
-    Flop,
-    Counter,
-    Accumulator,
+    /// A multiplexer of two inputs.
+    Mux2,
+    /// Any other cell without a state.
+    Cell,
+    /// What a storage cell does without a clock.
+    Storage,
     /// Lane by lane, through the functions of the cell room.
     General,
 }
@@ -70,8 +57,6 @@ pub(super) struct Store {
     /// First bit of the state, and of what it takes at an edge.
     pub q: u32,
     pub next: u32,
-    /// A count goes by 1.
-    pub by_one: bool,
 }
 
 /// A bit at which edges are looked for.
@@ -147,8 +132,40 @@ impl Program {
     /// The first cell of a netlist that the batch engine cannot evaluate, if there is one.
     #[must_use]
     pub fn foreign(netlist: &Netlist) -> Option<CellId> {
-        let foreign =
-            |kind: &CellKind| matches!(kind, CellKind::Delay { .. } | CellKind::RcDelay(_) | CellKind::Memory(_));
+        let foreign = |kind: &CellKind| match kind {
+            CellKind::Delay { .. } | CellKind::RcDelay(_) | CellKind::Memory(_) => true,
+            CellKind::Gate { .. }
+            | CellKind::AndOr { .. }
+            | CellKind::Majority { .. }
+            | CellKind::Mux { .. }
+            | CellKind::HalfAdder
+            | CellKind::FullAdder
+            | CellKind::Adder { .. }
+            | CellKind::Multiply { .. }
+            | CellKind::Compare { .. }
+            | CellKind::Shift { .. }
+            | CellKind::Divide { .. }
+            | CellKind::Power { .. }
+            | CellKind::OneHotMux { .. }
+            | CellKind::Demux { .. }
+            | CellKind::BitMux { .. }
+            | CellKind::BitSame { .. }
+            | CellKind::Products { .. }
+            | CellKind::CarrySave { .. }
+            | CellKind::Carry { .. }
+            | CellKind::Alu(_)
+            | CellKind::IsZero { .. }
+            | CellKind::Tristate { .. }
+            | CellKind::Resolve { .. }
+            | CellKind::Constant(_)
+            | CellKind::Sr { .. }
+            | CellKind::Latch(_)
+            | CellKind::Flop(_)
+            | CellKind::EdgeFlop(_)
+            | CellKind::Counter(_)
+            | CellKind::Accumulator(_)
+            | CellKind::Clock(_) => false,
+        };
         netlist.cell_ids().find(|&c| foreign(&netlist.cell(c).kind))
     }
 

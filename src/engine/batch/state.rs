@@ -1,8 +1,10 @@
 //! A block of lanes, and one wave in all of them: as in the event engine, but what one lane does all do.
 
+use super::combine::Seen;
 use super::known::Known;
 use super::lanes::{Chunk, Four, LANES, Planes};
-use super::program::{Code, Program};
+use super::program::Program;
+use crate::cell::CellKind;
 use crate::value::Word;
 
 /// Steps of a feedback group, and rounds of clock edges within a wave, after which a lane that has not settled is left
@@ -47,10 +49,8 @@ pub(super) struct State {
     freezes: bool,
     // scratch, a chunk of lanes each
     pub masks: [Vec<Chunk>; 3],
-    pub counts: Vec<Chunk>,
-    pub carry: Vec<Chunk>,
-    pub bad: Vec<Chunk>,
-    pub tree: Vec<Four>,
+    /// What has been seen of the bits of an operation; as many as any has, and none but while one runs.
+    pub seen: Vec<Seen>,
     batch: Vec<u32>,
     /// Operations run, each in all lanes, a bit of output each.
     pub evaluated: u64,
@@ -60,6 +60,8 @@ pub(super) struct State {
 impl State {
     pub fn new(p: &Program, chunks: usize) -> State {
         let scratch = || vec![Chunk::ZERO; chunks];
+        let outputs = |kind: &CellKind| (0..kind.outputs().len()).map(|pin| kind.output_width(pin) as usize).sum();
+        let widest = p.cells.iter().map(outputs).max().unwrap_or(0);
         let mut state = State {
             planes: Planes::new(p.initial.len(), chunks),
             dirty: vec![0; p.ops.len().div_ceil(64)],
@@ -77,10 +79,7 @@ impl State {
             frozen: scratch(),
             freezes: false,
             masks: [scratch(), scratch(), scratch()],
-            counts: scratch(),
-            carry: scratch(),
-            bad: scratch(),
-            tree: vec![Four::default(); 64],
+            seen: vec![Seen::default(); widest],
             batch: Vec::new(),
             evaluated: 0,
             known: Known::default(),
@@ -318,16 +317,11 @@ impl State {
             let store = &p.stores[number as usize];
             let op = &store.op;
             let pins = &p.pool[op.pins[0] as usize..op.pins[op.pin_count as usize] as usize];
-            let changes = if op.code == Code::General {
-                self.sample_lanes(p, store, number as usize);
-                true
+            self.evaluated += u64::from(op.width);
+            let changes = if op.keeps_known && self.planes.all_known(pins) {
+                self.sample::<true>(p, store, number as usize)
             } else {
-                self.evaluated += u64::from(op.width);
-                if op.keeps_known && self.planes.all_known(pins) {
-                    self.sample::<true>(p, store, number as usize)
-                } else {
-                    self.sample::<false>(p, store, number as usize)
-                }
+                self.sample::<false>(p, store, number as usize)
             };
             if changes {
                 triggered[kept] = number;

@@ -2,8 +2,8 @@
 
 use super::cells::has_form;
 use super::{Events, logic::Lit};
+use crate::cell::{CellKind, Role};
 use crate::batch::program::{Op, Program, ZERO};
-use crate::cell::{CellKind, ShiftOp};
 
 /// The bits of the pins that are 0 and 1.
 const ONE: u32 = 1;
@@ -31,28 +31,6 @@ pub(in super::super) struct Layout {
     pub(super) scratch: u32,
 }
 
-/// What of a cell with a state is read by its levels.
-pub(super) fn level_pins(kind: &CellKind) -> &'static [usize] {
-    match kind {
-        CellKind::Sr { .. } => &[0, 1],
-        CellKind::Latch(_) => &[0, 1, 2, 3],
-        CellKind::Flop(_) => &[2, 3, 4],
-        CellKind::Counter(_) => &[2, 3],
-        CellKind::Accumulator(_) => &[3],
-        _ => &[],
-    }
-}
-
-/// The pin of what a level loads, and of the level.
-pub(super) fn loaded_pin(kind: &CellKind) -> Option<(usize, usize)> {
-    matches!(kind, CellKind::Flop(_) | CellKind::Counter(_)).then_some((1, 2))
-}
-
-/// What the output made from the state reads besides it.
-pub(super) fn derived_pins(kind: &CellKind) -> &'static [usize] {
-    if matches!(kind, CellKind::Accumulator(_)) { &[1, 2] } else { &[] }
-}
-
 impl Program {
     pub(super) fn pins(&self, op: &Op, pin: usize) -> &[u32] {
         &self.pool[op.pins[pin] as usize..op.pins[pin + 1] as usize]
@@ -63,15 +41,9 @@ impl Program {
     }
 }
 
-/// Whether a cell may give x for known operands.
+/// Whether a cell without a state may give x for known operands.
 fn may_blur(kind: &CellKind) -> bool {
-    match *kind {
-        // one input is chosen by 0 of a bit
-        CellKind::Mux { inputs, .. } => inputs == 1 || !inputs.is_power_of_two(),
-        CellKind::Shift { op, .. } => matches!(op, ShiftOp::Part | ShiftOp::PartSigned),
-        CellKind::Divide { .. } | CellKind::OneHotMux { .. } => true,
-        _ => false,
-    }
+    kind.init().is_none() && !kind.keeps_known(|_| true)
 }
 
 impl Layout {
@@ -198,8 +170,9 @@ impl Layout {
     pub(super) fn level_events(&self, p: &Program, op: &Op) -> Events {
         let kind = &p.cells[op.cell as usize];
         let of = |pin: usize| p.pins(op, pin).iter().fold(0, |all, &b| all | self.events[b as usize]);
-        let loads = loaded_pin(kind).filter(|&(_, level)| p.pins(op, level)[0] > ONE).map_or(0, |(d, _)| of(d));
-        level_pins(kind).iter().fold(loads, |all, &pin| all | of(pin))
+        let loads = kind.loads().filter(|&(_, level)| p.pins(op, level)[0] > ONE).map_or(0, |(d, _)| of(d));
+        let levels = kind.inputs().iter().enumerate().filter(|(_, pin)| pin.role == Role::Level);
+        levels.fold(loads, |all, (pin, _)| all | of(pin))
     }
 
     /// What changes the output that is made from the state.
@@ -207,7 +180,7 @@ impl Layout {
         let kind = &p.cells[op.cell as usize];
         let of = |pin: usize| p.pins(op, pin).iter().fold(0, |all, &b| all | self.events[b as usize]);
         let state = self.events[op.outs[0] as usize];
-        derived_pins(kind).iter().fold(state, |all, &pin| all | of(pin))
+        kind.derived_pins().iter().fold(state, |all, &pin| all | of(pin))
     }
 
     /// What other rounds may read has to be stored.

@@ -147,15 +147,70 @@ impl Logic {
     }
 
     pub fn and(&mut self, a: Lit, b: Lit) -> Lit {
-        self.table(A & B, [a, b, Lit::FALSE])
+        match (a, b) {
+            (Lit::FALSE, _) | (_, Lit::FALSE) => Lit::FALSE,
+            (Lit::TRUE, other) | (other, Lit::TRUE) => other,
+            _ => self.two(A & B, a, b),
+        }
     }
 
     pub fn or(&mut self, a: Lit, b: Lit) -> Lit {
-        self.table(A | B, [a, b, Lit::FALSE])
+        !self.and(!a, !b)
     }
 
     pub fn xor(&mut self, a: Lit, b: Lit) -> Lit {
-        self.table(A ^ B, [a, b, Lit::FALSE])
+        match (a, b) {
+            (Lit::FALSE, other) | (other, Lit::FALSE) => other,
+            (Lit::TRUE, other) | (other, Lit::TRUE) => !other,
+            _ => self.two(A ^ B, a, b),
+        }
+    }
+
+    /// A function of two, by its table over the first two of three inputs; of what those are functions of where that is
+    /// no more than three.
+    fn two(&mut self, t: u8, a: Lit, b: Lit) -> Lit {
+        let own = |lit: Lit| ([lit.node() as u32, 0, 0], 1, if lit.inverted() { !A } else { A });
+        let inner = |logic: &Logic, lit: Lit| match logic.nodes[lit.node()] {
+            Node::Table(t, ins) => {
+                let used = (0..3).filter(|&i| depends(t, i)).count();
+                Some((ins, used, if lit.inverted() { !t } else { t }))
+            }
+            Node::Zero | Node::Source(_) => None,
+        };
+        let (of_a, of_b) = (inner(self, a), inner(self, b));
+        for (x, y) in [(of_a, of_b), (of_a, Some(own(b))), (Some(own(a)), of_b)] {
+            let (Some((x, n, tx)), Some((y, m, ty))) = (x, y) else { continue };
+            let (mut all, mut count) = (x, n);
+            let mut places = [usize::MAX; 3];
+            for (i, &node) in y[..m].iter().enumerate() {
+                let at = all[..count].iter().position(|&other| other == node);
+                if at.is_none() && count == 3 {
+                    count = 4;
+                    break;
+                }
+                places[i] = at.unwrap_or(count);
+                if at.is_none() {
+                    all[count] = node;
+                    count += 1;
+                }
+            }
+            if count > 3 {
+                continue;
+            }
+            let mut free = (0..3).filter(|place| !places[..m].contains(place)).collect::<Vec<usize>>().into_iter();
+            for place in places.iter_mut().skip(m) {
+                *place = free.next().unwrap_or(2);
+            }
+            let ty = moved(ty, places);
+            // bit by bit of both tables what `t` says of them
+            let joined = (0..8u8).fold(0, |all, i| {
+                let at = (tx >> i & 1) << 2 | (ty >> i & 1) << 1;
+                all | (t >> at & 1) << i
+            });
+            let ins = [0, 1, 2].map(|i| if i < count { Lit(all[i] << 1) } else { Lit::FALSE });
+            return self.table(joined, ins);
+        }
+        self.table(t, [a, b, Lit::FALSE])
     }
 
     pub fn xor3(&mut self, a: Lit, b: Lit, c: Lit) -> Lit {
@@ -185,22 +240,21 @@ impl Logic {
         });
         (sum.collect(), carry)
     }
+}
 
-    /// The bits inverted where `minus` is 1, plus it: the negative there.
-    pub fn negate_if(&mut self, minus: Lit, a: &[Lit]) -> Vec<Lit> {
-        let turned: Vec<Lit> = a.iter().map(|&a| self.xor(a, minus)).collect();
-        self.add(&turned, &vec![Lit::FALSE; a.len()], minus).0
-    }
-
-    /// Each of `a` where `s` is 0, else of `b`.
-    pub fn choose_all(&mut self, s: Lit, a: &[Lit], b: &[Lit]) -> Vec<Lit> {
-        a.iter().zip(b).map(|(&a, &b)| self.choose(s, a, b)).collect()
-    }
-
-    /// Whether `a` is below `b`, as numbers without a sign.
-    pub fn less(&mut self, a: &[Lit], b: &[Lit]) -> Lit {
-        // what a - b borrows
-        a.iter().zip(b).fold(Lit::FALSE, |less, (&a, &b)| self.majority(!a, b, less))
+#[cfg(test)]
+impl Logic {
+    /// What a literal is where these are the planes.
+    pub(super) fn value(&self, lit: Lit, planes: &[bool]) -> bool {
+        let mut all: Vec<bool> = Vec::with_capacity(self.nodes.len());
+        for node in &self.nodes[..=lit.node()] {
+            all.push(match *node {
+                Node::Zero => false,
+                Node::Source(plane) => planes[plane as usize],
+                Node::Table(t, ins) => t >> ins.iter().fold(0, |at, &i| at << 1 | u8::from(all[i as usize])) & 1 == 1,
+            });
+        }
+        all[lit.node()] != lit.inverted()
     }
 }
 
@@ -208,17 +262,8 @@ impl Logic {
 mod tests {
     use super::*;
 
-    /// The value of a literal for the values of two planes.
     fn value(logic: &Logic, lit: Lit, planes: u8) -> bool {
-        let node = match logic.nodes[lit.node()] {
-            Node::Zero => false,
-            Node::Source(plane) => planes >> plane & 1 == 1,
-            Node::Table(t, ins) => {
-                let at = ins.iter().fold(0, |at, &i| at << 1 | u8::from(value(logic, Lit(i << 1), planes)));
-                t >> at & 1 == 1
-            }
-        };
-        node != lit.inverted()
+        logic.value(lit, &[0, 1, 2].map(|i| planes >> i & 1 == 1))
     }
 
     #[test]

@@ -71,8 +71,7 @@ fn sampled(p: &Program, layout: &Layout, events: Events) -> (Tape, Vec<u32>) {
         let lanes = bits.logic.any(&lanes);
         let pins = bits.pins(&store.op);
         let q: Vec<Lit> = (0..store.op.width).map(|i| bits.get(store.q + i)).collect();
-        let next = cells::sampled(&mut bits.logic, &p.cells[store.op.cell as usize], &pins, &q);
-        let next = bits.logic.choose_all(lanes, &q, &next);
+        let next = cells::sampled(&mut bits.logic, &p.cells[store.op.cell as usize], &pins, &q, lanes);
         roots.extend(next.into_iter().zip(store.q..));
         triggers.extend(mine);
     }
@@ -121,13 +120,13 @@ fn settled(p: &Program, layout: &Layout, events: Events) -> (Tape, bool) {
             if layout.level_events(p, op) & events != 0 {
                 let pins = bits.pins(op);
                 let q = pins.last().cloned().unwrap_or_default();
-                let q = cells::level(&mut bits.logic, kind, &pins, &q);
+                let q = cells::after_levels(&mut bits.logic, kind, &pins, &q);
                 (op.outs[0]..).zip(q).for_each(|(bit, lit)| keep(&mut bits, bit, lit));
             }
             if op.derived && layout.derived_events(p, op) & events != 0 {
                 let pins = bits.pins(op);
                 let q = pins.last().cloned().unwrap_or_default();
-                let y = cells::derived(&mut bits.logic, kind, &pins, &q);
+                let y = cells::from_state(&mut bits.logic, kind, &pins, &q);
                 (op.outs[1]..).zip(y).for_each(|(bit, lit)| keep(&mut bits, bit, lit));
             }
         } else if layout.events[op.outs[0] as usize] & events != 0 {
@@ -151,8 +150,8 @@ fn evaluated(bits: &mut Bits<'_>, op: &Op, guard: &mut Lit) -> Vec<(u32, Lit)> {
     let l = &mut bits.logic;
     let outputs = match pins.last() {
         Some(q) if kind.init().is_some() => {
-            let q = cells::level(l, kind, &pins, q);
-            let derived = if op.derived { cells::derived(l, kind, &pins, &q) } else { Vec::new() };
+            let q = cells::after_levels(l, kind, &pins, q);
+            let derived = if op.derived { cells::from_state(l, kind, &pins, &q) } else { Vec::new() };
             vec![q, derived]
         }
         _ => cells::outputs(l, kind, &pins, guard),

@@ -415,6 +415,14 @@ impl Graph {
 
     pub fn mul_high(&mut self, a: Id, b: Id, signed: bool) -> Id {
         let (a, b) = self.ordered(a, b);
+        if let (Some(x), Some(y)) = (self.value(a), self.value(b)) {
+            let product = if signed {
+                i128::from(x as i64) * i128::from(y as i64)
+            } else {
+                (u128::from(x) * u128::from(y)) as i128
+            };
+            return self.constant((product >> 64) as u64);
+        }
         self.push(if signed { Op::MulHighSigned(a, b) } else { Op::MulHigh(a, b) }, u64::MAX)
     }
 

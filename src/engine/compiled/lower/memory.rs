@@ -5,7 +5,7 @@
 //! stored is an *element*: a word of the memory, a byte of several small ones, or 64 bits of a wide one.
 
 use crate::Value;
-use crate::cell::Memory;
+use crate::cell::{Algebra, Memory};
 use crate::compiled::ir::graph::{Graph, Id};
 use crate::compiled::ir::stores::Put;
 use crate::compiled::lower::four::{Bits, Two};
@@ -207,7 +207,7 @@ pub(crate) fn clocked(
         for (i, q) in new.iter_mut().enumerate() {
             let (enable, zero) = (g.ones(w.enable[i]), g.constant(0));
             let bits = g.select(same, enable, zero);
-            let x = g.two(Word::x(word_mask(m.width, i)));
+            let x = g.literal(Word::x(word_mask(m.width, i)));
             let to = if collides { x } else { w.data[i] };
             let mut merge = |old: Id, new: Id| {
                 let (old, new) = (g.and_not(old, bits), g.and(new, bits));
@@ -220,10 +220,10 @@ pub(crate) fn clocked(
     let resets = if spec.enable_first { g.and(srst, en) } else { srst };
     let list = new.into_iter().zip(q).enumerate();
     list.map(|(i, (new, &q))| {
-        let q = g.pick4(en, new, q);
+        let q = g.pick(en, new, q);
         let mut load = |s: Id, value: &Value, q: Two| {
-            let value = g.two(value.words().nth(i).unwrap_or_default());
-            g.pick4(s, value, q)
+            let value = g.literal(value.words().nth(i).unwrap_or_default());
+            g.pick(s, value, q)
         };
         let q = load(resets, &spec.srst_value, q);
         load(arst, &spec.arst_value, q)
@@ -234,6 +234,6 @@ pub(crate) fn clocked(
 /// What the asynchronous reset of a read port makes of what it has.
 pub(crate) fn reset(g: &mut Graph, m: &Memory, port: usize, arst: Two, q: &[Two]) -> Bits {
     let s = g.is_one(arst);
-    let value = g.literal(&m.reads[port].arst_value);
-    q.iter().zip(value).map(|(&q, value)| g.pick4(s, value, q)).collect()
+    let value = g.literals(&m.reads[port].arst_value);
+    q.iter().zip(value).map(|(&q, value)| g.pick(s, value, q)).collect()
 }

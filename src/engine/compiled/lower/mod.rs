@@ -3,20 +3,19 @@
 //! The functions of the cell room once more, on nodes in place of words. Four-valued throughout: that an unknown plane is
 //! constant 0 is for the graph to make use of.
 
-mod cells;
+mod algebra;
 pub(crate) mod four;
 pub(crate) mod layout;
 pub(crate) mod memory;
 pub(crate) mod support;
-mod wide;
 
 use std::collections::HashMap;
 
-use self::cells::combinational;
+use self::algebra::Place;
 use self::four::{Bits, Two, append, slice};
 use self::layout::{MemoryPlace, Part, clocked_parts, is_state};
 use crate::cell::pin::memory::{RD_ADDR, RD_ARST, RD_EN, RD_SRST, WR_ADDR, WR_DATA, WR_EN};
-use crate::cell::{CellKind, Flop, GateOp, Memory, Role};
+use crate::cell::{Algebra, CellKind, GateOp, Memory, Role, act, at_edge, derived, gate, level};
 use crate::compiled::ir::graph::{Graph, Id};
 use crate::netlist::{CellId, Constants, Driver, NetId, Netlist, Slice};
 use crate::value::Word;
@@ -167,7 +166,7 @@ impl<P: Places> Lower<'_, P> {
             let part = if self.constants.covers(s) {
                 let mut constant = vec![Word::ZERO; words(s.width)];
                 crate::value::word::extract(&mut constant, self.constants.net(s.net), s.lo, s.width);
-                constant.into_iter().map(|w| g.two(w)).collect()
+                constant.into_iter().map(|w| g.literal(w)).collect()
             } else {
                 slice(g, &self.out.nets[s.net.index()], s.lo, s.width)
             };
@@ -182,15 +181,10 @@ impl<P: Places> Lower<'_, P> {
         let slices = self.netlist.input(cell, pin);
         if slices.is_empty() {
             let mut all = self.out.graph.zeros(kind.input_width(pin).max(1));
-            all[0] = self.out.graph.two(Word::known(u64::from(kind.inputs()[pin].default)));
+            all[0] = self.out.graph.literal(Word::known(u64::from(kind.inputs()[pin].default)));
             return all;
         }
         self.signals(slices)
-    }
-
-    /// A pin of one bit.
-    fn bit(&mut self, cell: CellId, pin: usize) -> Two {
-        self.pin(cell, pin)[0]
     }
 
     fn acts(&self, cell: CellId, pin: usize) -> bool {
@@ -205,26 +199,24 @@ impl<P: Places> Lower<'_, P> {
         let netlist = self.netlist;
         let kind = &netlist.cell(cell).kind;
         match kind {
-            CellKind::Clock(_) | CellKind::EdgeFlop(_) => return,
-            CellKind::Sr { .. }
-            | CellKind::Latch(_)
-            | CellKind::Flop(_)
-            | CellKind::Counter(_)
-            | CellKind::Accumulator(_) => return self.storage(cell),
             CellKind::Gate { op, width: 1, inputs } => {
                 let y = self.gate_of_bits(*op, netlist.input(cell, 0), *inputs);
-                return self.set(cell, 0, vec![y]);
+                self.set(cell, 0, vec![y]);
             }
             CellKind::IsZero { width } => {
                 let y = self.gate_of_bits(GateOp::Nor, netlist.input(cell, 0), *width);
-                return self.set(cell, 0, vec![y]);
+                self.set(cell, 0, vec![y]);
             }
-            _ => {}
-        }
-        let ins: Vec<Bits> = (0..kind.inputs().len()).map(|pin| self.pin(cell, pin)).collect();
-        let outs = combinational(&mut self.out.graph, kind, &ins);
-        for (pin, value) in outs.into_iter().enumerate() {
-            self.set(cell, pin, value);
+            CellKind::Clock(_) | CellKind::EdgeFlop(_) => {}
+            kind if kind.init().is_some() => self.storage(cell),
+            kind => {
+                let ins: Vec<Bits> = (0..kind.inputs().len()).map(|pin| self.pin(cell, pin)).collect();
+                let mut place = Place::new(&ins, &[]);
+                act(&mut self.out.graph, kind, &mut place);
+                for (pin, value) in place.outs.into_iter().enumerate() {
+                    self.set(cell, pin, value);
+                }
+            }
         }
     }
 
@@ -294,20 +286,21 @@ impl<P: Places> Lower<'_, P> {
     fn gate_of_bits(&mut self, op: GateOp, slices: &[Slice], inputs: u32) -> Two {
         if inputs == 1 {
             let a = self.signals(slices)[0];
-            return self.out.graph.finish(op, a, 1);
+            return gate::finish(&mut self.out.graph, op, a, 1);
         }
         let mut joined: Option<Two> = None;
         for s in slices {
             let words = self.signals(&[*s]);
             for (i, &w) in words.iter().enumerate() {
                 let g = &mut self.out.graph;
-                let one = g.reduce(op, w, word_mask(s.width, i));
-                joined = Some(joined.map_or(one, |all| g.join(op, all, one)));
+                let one = gate::reduce(g, op, w, word_mask(s.width, i));
+                joined = Some(joined.map_or(one, |all| gate::join(g, op, all, one)));
             }
         }
         let g = &mut self.out.graph;
-        let joined = joined.unwrap_or_else(|| g.two(op.identity(1)));
-        g.finish(op, joined, 1)
+        // a pin that is not connected reads 0
+        let joined = joined.unwrap_or_else(|| g.literal(Word::ZERO));
+        gate::finish(g, op, joined, 1)
     }
 
     /// The outputs of a storage cell, after its asynchronous controls.
@@ -315,103 +308,29 @@ impl<P: Places> Lower<'_, P> {
         let netlist = self.netlist;
         let kind = &netlist.cell(cell).kind;
         let net = netlist.output(cell, 0);
-        let mut q = self.out.nets[net.index()].clone();
-        let before = q.clone();
-        let width = kind.output_width(0);
-        match kind {
-            CellKind::Sr { set_dominates, .. } => {
-                let (s, r) = (self.bit(cell, 0), self.bit(cell, 1));
-                let g = &mut self.out.graph;
-                let (s, r) = (g.is_one(s), g.is_one(r));
-                let (one, zero) = (g.two(Word::known(1)), g.two(Word::ZERO));
-                let first = if *set_dominates { (s, one, r, zero) } else { (r, zero, s, one) };
-                let held = g.pick4(first.2, first.3, q[0]);
-                q[0] = g.pick4(first.0, first.1, held);
-            }
-            CellKind::Latch(f) => self.level(cell, f, [2, 3, 0], true, &mut q),
-            CellKind::Flop(f) => {
-                let loads = self.acts(cell, 2);
-                self.level(cell, f, [3, 4, 2], loads, &mut q);
-            }
-            CellKind::Counter(_) => {
-                if self.acts(cell, 2) {
-                    let (d, load) = (self.pin(cell, 1), self.bit(cell, 2));
-                    self.choose(load, &d, &mut q);
-                }
-                let reset = self.bit(cell, 3);
-                let zeros = self.out.graph.zeros(width);
-                self.choose(reset, &zeros, &mut q);
-            }
-            CellKind::Accumulator(_) => {
-                let reset = self.bit(cell, 3);
-                let zeros = self.out.graph.zeros(width);
-                self.choose(reset, &zeros, &mut q);
-            }
-            _ => {}
-        }
+        let before = self.out.nets[net.index()].clone();
+        // the others may come later in the order
+        let at_once = |l: &Self, pin: usize| kind.acts_at_once(pin, |pin| l.acts(cell, pin));
+        let ins: Vec<Bits> = (0..kind.inputs().len())
+            .map(|pin| if at_once(self, pin) { self.pin(cell, pin) } else { Bits::new() })
+            .collect();
+        let mut place = Place::new(&ins, &before);
+        level(&mut self.out.graph, kind, &mut place);
+        let q = place.outs.swap_remove(0);
         if q != before {
-            let pins = (0..kind.inputs().len()).filter(|&pin| match (kind, pin) {
-                (CellKind::Flop(_) | CellKind::Counter(_), 1) => self.acts(cell, 2),
-                (CellKind::Latch(_), 1) => true,
-                _ => kind.inputs()[pin].role == Role::Level,
-            });
-            let pins: Vec<usize> = pins.collect();
-            let needs = pins.into_iter().flat_map(|pin| self.pin(cell, pin)).flat_map(|two| [two.v, two.u]).collect();
+            let loads = kind.loads().filter(|&(_, control)| self.acts(cell, control)).map(|(data, _)| data);
+            let read = |pin: usize| loads == Some(pin) || kind.inputs()[pin].role == Role::Level;
+            let pins = ins.iter().enumerate().filter(|&(pin, _)| read(pin));
+            let needs = pins.flat_map(|(_, words)| words).flat_map(|two| [two.v, two.u]).collect();
             let slot = self.places.slot(net);
             self.out.levels.push(Level { slot, net: Some(net), value: q.clone(), needs, group: None });
         }
-        let derived = match kind {
-            CellKind::Counter(_) => {
-                let g = &mut self.out.graph;
-                let mut any = g.two(Word::ZERO);
-                for (i, &w) in q.iter().enumerate() {
-                    let one = g.reduce(GateOp::Or, w, word_mask(width, i));
-                    any = g.or4(any, one);
-                }
-                vec![g.not4(any, 1)]
-            }
-            CellKind::Accumulator(_) => {
-                let (d, ci) = (self.pin(cell, 1), self.bit(cell, 2));
-                vec![self.carry(width, &q, &d, ci)]
-            }
-            _ => {
-                let g = &mut self.out.graph;
-                q.iter().enumerate().map(|(i, &w)| g.not4(w, word_mask(width, i))).collect()
-            }
-        };
+        let mut place = Place::new(&ins, &q);
+        derived(&mut self.out.graph, kind, &mut place);
+        if let Some(value) = place.outs.into_iter().nth(1) {
+            self.set(cell, 1, value);
+        }
         self.set(cell, 0, q);
-        self.set(cell, 1, derived);
-    }
-
-    /// The carry of `q + d + ci`.
-    fn carry(&mut self, width: u32, q: &[Two], d: &[Two], ci: Two) -> Two {
-        let g = &mut self.out.graph;
-        let add = g.two(Word::ZERO);
-        (0..words(width)).fold(ci, |carry, i| {
-            let bits = word_mask(width, i).count_ones();
-            g.sum(bits, &q[i..=i], &d[i..=i], carry, add).1
-        })
-    }
-
-    fn choose(&mut self, control: Two, value: &[Two], q: &mut Bits) {
-        let g = &mut self.out.graph;
-        let s = g.is_one(control);
-        for (q, &w) in q.iter_mut().zip(value) {
-            *q = g.pick4(s, w, *q);
-        }
-    }
-
-    /// Set, reset and load of a flip-flop or latch, whose pins these are.
-    fn level(&mut self, cell: CellId, f: &Flop, [set, reset, load]: [usize; 3], loads: bool, q: &mut Bits) {
-        if loads {
-            let (d, load) = (self.pin(cell, 1), self.bit(cell, load));
-            self.choose(load, &d, q);
-        }
-        for (pin, value) in [(set, &f.set_value), (reset, &f.reset_value)] {
-            let control = self.bit(cell, pin);
-            let value = self.out.graph.literal(value);
-            self.choose(control, &value, q);
-        }
     }
 
     /// What read ports with a clock have, before anything else is known of a memory.
@@ -495,52 +414,12 @@ impl<P: Places> Lower<'_, P> {
     fn next(&mut self, cell: CellId) {
         let netlist = self.netlist;
         let kind = &netlist.cell(cell).kind;
-        let mut q = self.out.nets[netlist.output(cell, 0).index()].clone();
-        let d = self.pin(cell, 1);
-        // from the control that yields to all others up
-        match kind {
-            CellKind::Flop(f) => {
-                let (set, reset) = (self.out.graph.literal(&f.set_value), self.out.graph.literal(&f.reset_value));
-                for (pin, value) in [(5, &d), (6, &set), (7, &reset), (2, &d), (3, &set), (4, &reset)] {
-                    let control = self.bit(cell, pin);
-                    self.choose(control, value, &mut q);
-                }
-            }
-            CellKind::EdgeFlop(f) => {
-                let ad = self.pin(cell, 2);
-                let (set, reset) = (self.out.graph.literal(&f.set_value), self.out.graph.literal(&f.reset_value));
-                for (pin, value) in [(6, &d), (3, &ad), (4, &set), (5, &reset)] {
-                    let control = self.bit(cell, pin);
-                    self.choose(control, value, &mut q);
-                }
-            }
-            CellKind::Counter(c) => {
-                let width = c.init.width();
-                let (down, step) = (self.bit(cell, 5), self.out.graph.literal(&c.step));
-                let g = &mut self.out.graph;
-                let none = g.two(Word::ZERO);
-                let counted = g.sum(width, &q, &step, none, down).0;
-                let zeros = g.zeros(width);
-                for (pin, value) in [(4, &counted), (6, &d), (2, &d), (3, &zeros)] {
-                    let control = self.bit(cell, pin);
-                    self.choose(control, value, &mut q);
-                }
-            }
-            CellKind::Accumulator(a) => {
-                let width = a.init.width();
-                let ci = self.bit(cell, 2);
-                let g = &mut self.out.graph;
-                let add = g.two(Word::ZERO);
-                let sum = g.sum(width, &q, &d, ci, add).0;
-                let zeros = g.zeros(width);
-                for (pin, value) in [(4, &sum), (3, &zeros)] {
-                    let control = self.bit(cell, pin);
-                    self.choose(control, value, &mut q);
-                }
-            }
-            _ => {}
-        }
-        self.out.next.push(Next { cell, value: q });
+        let q = self.out.nets[netlist.output(cell, 0).index()].clone();
+        let ins: Vec<Bits> = (0..kind.inputs().len()).map(|pin| self.pin(cell, pin)).collect();
+        let mut place = Place::new(&ins, &q);
+        at_edge(&mut self.out.graph, kind, None, &mut place);
+        let value = place.outs.swap_remove(0);
+        self.out.next.push(Next { cell, value });
     }
 }
 

@@ -1,7 +1,6 @@
 //! Which netlists the compiler takes. Every kind of cell is named, so one that is added does not compile here until
 //! somebody has decided about it.
 
-use super::wide;
 use crate::cell::CellKind;
 use crate::compiled::CompileError;
 use crate::netlist::Netlist;
@@ -13,6 +12,11 @@ const LONGEST_LOOP: usize = 16;
 const MOST_WORDS: usize = 1 << 22;
 /// The same for the contents of its memories.
 const MOST_CONTENTS: usize = 1 << 24;
+
+/// Bits of a shifter, and of the product of a multiplier, up to which it is lowered.
+const MOST_BITS: u32 = 1024;
+/// Bits of a divider up to which it is lowered: each is a step.
+const MOST_DIVIDED: u32 = 128;
 
 /// Why a cell cannot be lowered; none if it can.
 fn refused(kind: &CellKind) -> Option<&'static str> {
@@ -46,12 +50,12 @@ fn refused(kind: &CellKind) -> Option<&'static str> {
         | CellKind::Accumulator(_)
         | CellKind::Clock(_) => None,
         CellKind::Multiply { a_width, b_width, .. } => {
-            wide(a_width + b_width > wide::MOST_BITS, "a multiplier of more than 1024 bits")
+            wide(a_width + b_width > MOST_BITS, "a multiplier of more than 1024 bits")
         }
-        CellKind::Divide { width, .. } => wide(*width > wide::MOST_DIVIDED, "a divider of more than 128 bits"),
+        CellKind::Divide { width, .. } => wide(*width > MOST_DIVIDED, "a divider of more than 128 bits"),
         CellKind::Power { width, b_width, .. } => wide(*width.max(b_width) > 64, "a power of more than 64 bits"),
         CellKind::Shift { a_width, width, .. } => {
-            wide(*a_width.max(width) > wide::MOST_BITS, "a shifter of more than 1024 bits")
+            wide(*a_width.max(width) > MOST_BITS, "a shifter of more than 1024 bits")
         }
         CellKind::Memory(m) => wide(m.writes.iter().any(|w| w.clock.is_none()), "a memory that is written by level"),
         CellKind::Delay { .. } => Some("a delay"),
