@@ -4,10 +4,11 @@ use super::samples::{Sort, sample};
 use super::{CellKind, clocked, evaluate};
 use crate::random;
 use crate::value::Word;
-use crate::value::word::{mask, word_mask, words};
+use crate::value::word::{word_mask, words};
 
 /// A cell with values at its pins.
-pub(crate) struct Case {
+pub struct Case {
+    /// The cell.
     pub kind: CellKind,
     /// By pin its words.
     pub ins: Vec<Vec<Word>>,
@@ -16,7 +17,7 @@ pub(crate) struct Case {
 }
 
 /// What machine words give.
-pub(crate) struct Expected {
+pub struct Expected {
     /// By output, without a clock edge; of a state what its levels make of it.
     pub outputs: Vec<Vec<Word>>,
     /// What the state becomes at an edge.
@@ -24,12 +25,13 @@ pub(crate) struct Expected {
 }
 
 /// Widths up to which everything is tried.
-pub(crate) const NARROW: std::ops::RangeInclusive<u32> = 1..=6;
+pub const NARROW: std::ops::RangeInclusive<u32> = 1..=6;
 /// Widths at which words end.
-pub(crate) const EDGES: [u32; 7] = [31, 32, 63, 64, 65, 127, 130];
+pub const EDGES: [u32; 7] = [31, 32, 63, 64, 65, 127, 130];
 
 impl Case {
     /// One by chance; with `known` nothing in it is x or z.
+    #[must_use]
     pub fn new(sort: Sort, width: u32, known: bool, seed: &mut u64) -> Case {
         let kind = sample(sort, width, &mut |n| random::next(seed) % n);
         let density = random::next(seed) % 4;
@@ -62,6 +64,7 @@ impl Case {
     }
 
     /// What machine words give.
+    #[must_use]
     pub fn expected(&self) -> Expected {
         let ins: Vec<&[Word]> = self.ins.iter().map(Vec::as_slice).collect();
         let widths = (0..self.kind.outputs().len()).map(|pin| self.kind.output_width(pin));
@@ -77,6 +80,8 @@ impl Case {
     }
 
     /// Whether it is one that an algebra gives a meaning to: time and memory are not.
+    #[must_use]
+    #[expect(unreachable_patterns, reason = "what acts by time keeps no state either")]
     pub fn has_meaning(&self) -> bool {
         match self.kind {
             CellKind::Memory(_) | CellKind::Clock(_) | CellKind::Delay { .. } | CellKind::RcDelay(_) => false,
@@ -86,14 +91,13 @@ impl Case {
             | CellKind::EdgeFlop(_)
             | CellKind::Counter(_)
             | CellKind::Accumulator(_) => true,
-            #[allow(unreachable_patterns)]
             stateless!() => true,
         }
     }
 }
 
 /// Cases of every kind: of narrow ones many, of those at the ends of words some.
-pub(crate) fn cases(known: bool, widest: u32) -> impl Iterator<Item = Case> {
+pub fn cases(known: bool, widest: u32) -> impl Iterator<Item = Case> {
     let mut seed = 1;
     let narrow = NARROW.flat_map(|width| std::iter::repeat_n(width, 60));
     let wide = EDGES.into_iter().filter(move |&w| w <= widest).flat_map(|width| std::iter::repeat_n(width, 12));
@@ -103,30 +107,37 @@ pub(crate) fn cases(known: bool, widest: u32) -> impl Iterator<Item = Case> {
 }
 
 /// One bit of a vector.
-pub(crate) fn bit(words: &[Word], at: u32) -> Word {
+#[must_use]
+pub fn bit(words: &[Word], at: u32) -> Word {
     let (word, shift) = ((at / 64) as usize, at % 64);
     Word { v: words[word].v >> shift & 1, u: words[word].u >> shift & 1 }
 }
 
-/// What is said to keep known bits known does.
-#[test]
-fn what_keeps_bits_known_gives_no_x() {
-    for case in cases(true, 130).filter(|case| case.kind.keeps_known(|_| true)) {
-        let expected = case.expected();
-        let all = expected.outputs.iter().chain([&expected.next]).flatten();
-        assert!(all.into_iter().all(|w| w.is_known()), "{:?} of {:?}", case.kind, case.ins);
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::value::word::mask;
 
-/// No instance has bits above the width of a vector.
-#[test]
-fn nothing_is_above_the_width() {
-    for case in cases(false, 130) {
-        let expected = case.expected();
-        for (pin, words) in expected.outputs.iter().enumerate() {
-            let width = case.kind.output_width(pin);
-            let last = words.last().map_or(0, |w| w.v | w.u);
-            assert_eq!(last & !mask(width - (width - 1) / 64 * 64), 0, "{:?} output {pin}", case.kind);
+    /// What is said to keep known bits known does.
+    #[test]
+    fn what_keeps_bits_known_gives_no_x() {
+        for case in cases(true, 130).filter(|case| case.kind.keeps_known(|_| true)) {
+            let expected = case.expected();
+            let all = expected.outputs.iter().chain([&expected.next]).flatten();
+            assert!(all.into_iter().all(|w| w.is_known()), "{:?} of {:?}", case.kind, case.ins);
+        }
+    }
+
+    /// No instance has bits above the width of a vector.
+    #[test]
+    fn nothing_is_above_the_width() {
+        for case in cases(false, 130) {
+            let expected = case.expected();
+            for (pin, words) in expected.outputs.iter().enumerate() {
+                let width = case.kind.output_width(pin);
+                let last = words.last().map_or(0, |w| w.v | w.u);
+                assert_eq!(last & !mask(width - (width - 1) / 64 * 64), 0, "{:?} output {pin}", case.kind);
+            }
         }
     }
 }

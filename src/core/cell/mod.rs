@@ -37,8 +37,8 @@ macro_rules! stateless {
     };
 }
 
-#[cfg(test)]
-pub(crate) mod agree;
+#[doc(hidden)]
+pub mod agree;
 pub mod algebra;
 pub mod arith;
 pub mod carry;

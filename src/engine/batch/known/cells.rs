@@ -51,7 +51,7 @@ pub(super) fn has_form(kind: &CellKind, acts: impl Fn(usize) -> bool) -> bool {
 
 /// One bit: its value and where that is unknown.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Bit {
+pub struct Bit {
     v: Lit,
     u: Lit,
 }

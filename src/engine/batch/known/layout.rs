@@ -2,8 +2,8 @@
 
 use super::cells::has_form;
 use super::{Events, logic::Lit};
-use crate::cell::{CellKind, Role};
 use crate::batch::program::{Op, Program, ZERO};
+use crate::cell::{CellKind, Role};
 
 /// The bits of the pins that are 0 and 1.
 const ONE: u32 = 1;

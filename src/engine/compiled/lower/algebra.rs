@@ -252,7 +252,7 @@ mod tests {
                 let all = values(&g, &memory);
                 let found: Vec<Vec<Word>> = outs
                     .iter()
-                    .map(|words| words.iter().map(|w| Word { v: all[w.v as usize], u: all[w.u as usize] }).collect())
+                    .map(|words| words.iter().map(|w| Word { v: all[w.v.index()], u: all[w.u.index()] }).collect())
                     .collect();
                 assert_eq!(found, wanted, "{kind:?} of {:?}, {:?}", case.ins, case.state);
                 if constant {
