@@ -564,3 +564,44 @@ fn nothing_is_read_from_standard_input() {
     assert!(told.contains("cannot read `-`"), "{told}");
     assert_eq!(child.wait().unwrap().code(), Some(2));
 }
+
+/// What the command line gives an input holds for the whole run, whatever the circuit's own stimulus says.
+#[test]
+fn what_the_command_line_sets_holds() {
+    let dir = tempfile::tempdir().unwrap();
+    let own = dir.path().join("own.json");
+    // a counter of 4 bits, reset until 12 ns: after 12 clocks, 11 of which count, bit 3 of 11 is 1
+    std::fs::write(
+        &own,
+        r#"{ "modules": { "blink": {
+            "ports": { "clk": { "direction": "input" }, "rst": { "direction": "input" }, "led": { "direction": "output" } },
+            "nets": { "q": 4 },
+            "cells": {
+                "c": { "type": "counter", "parameters": { "width": 4 }, "connections": { "clk": "clk", "reset": "rst", "q": "q" } },
+                "b": { "type": "buf", "connections": { "a": "q[3]", "y": "led" } } } } },
+          "simulation": { "clocks": { "clk": { "period": "10ns" } }, "limit": { "cycles": 12 },
+            "stimulus": [ { "at": 0, "set": { "rst": 1 } }, { "at": "12ns", "set": { "rst": 0 } } ] } }"#,
+    )
+    .unwrap();
+    let own = own.to_str().unwrap();
+    let scenario = dir.path().join("s.json");
+    std::fs::write(&scenario, r#"{ "circuit": "own.json" }"#).unwrap();
+    for circuit in [own, scenario.to_str().unwrap()] {
+        for (options, led) in [
+            (&[][..], "1"),
+            (&["-s", "rst=1"], "0"),
+            // never reset, it never knows what it counts
+            (&["-s", "rst=0"], "1'bx"),
+            (&["--clock", "rst=1us,high=995ns,phase=0"], "0"),
+        ] {
+            let (status, out, err) = run(&[&["run", circuit][..], options].concat());
+            assert!(status == 0 && out.contains(&format!("led = {led}\n")), "{options:?}: {out}{err}");
+        }
+    }
+    let (status, out, err) = run(&["sweep", own, "--over", "rst=0,1"]);
+    assert_eq!(
+        (status, out.as_str()),
+        (0, "rst,stop,time,cycles,led\n0,limit,120,12,1'bx\n1,limit,120,12,0\n"),
+        "{err}"
+    );
+}

@@ -42,9 +42,47 @@ fn a_scope_around_one_of_them() {
     let same = (0, "The same: 8 signals until 112 ns.\n".to_owned(), String::new());
     assert_eq!(run(&["diff", COUNTER, around, "--scope", "bench"]), same);
     assert_eq!(run(&["diff", around, COUNTER, "--scope", "bench"]), same);
-    assert_eq!(run(&["diff", around, COUNTER]).0, 1);
-    let (status, _, told) = run(&["diff", around, COUNTER, "--scope", "ben"]);
-    assert!(status == 2 && told.contains("neither waveform has anything below `ben`"), "{told}");
+    // where the circuit stands, and for each of the two
+    assert_eq!(run(&["diff", around, COUNTER, "--scope", "bench.top"]), same);
+    assert_eq!(run(&["diff", COUNTER, around, "--scope", "bench.top"]), same);
+    assert_eq!(run(&["diff", around, COUNTER, "--scope", "bench.top", "--scope", "top"]), same);
+    assert_eq!(run(&["diff", COUNTER, around, "--scope", "top", "--scope", "bench.\\top"]), same);
+    let (status, _, told) = run(&["diff", around, COUNTER]);
+    assert_eq!(status, 2, "{told}");
+    for text in ["have no signal of the same name", "it has `bench`, `bench.top`", "it has `top`", "--scope"] {
+        assert!(told.contains(text), "no `{text}` in {told}");
+    }
+    for scope in [&["--scope", "bench.tob"][..], &["--scope", "bench.tob", "--scope", "top"]] {
+        let (status, _, told) = run(&[&["diff", around, COUNTER][..], scope].concat());
+        assert!(status == 2 && told.contains("has no scope `bench.tob`") && told.contains("`bench.top`"), "{told}");
+    }
+    let (status, _, told) = run(&["diff", around, COUNTER, "--scope", "bench", "--scope", ""]);
+    assert_eq!(status, 0, "{told}");
+}
+
+/// An instance of another name than its module: what a bench recorded, and what the module alone does.
+#[test]
+fn an_instance_is_its_module() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(COUNTER).unwrap();
+    let instance = dir.path().join("instance.vcd");
+    let bench = text.replacen("$scope module top $end", "$scope module tb $end $scope module dut $end", 1);
+    let bench = bench.replacen("$enddefinitions", "$upscope $end $enddefinitions", 1);
+    std::fs::write(&instance, bench).unwrap();
+    let instance = instance.to_str().unwrap();
+    for args in [["diff", COUNTER, instance, "--scope", "tb.dut"], ["diff", instance, COUNTER, "--scope", "tb.dut"]] {
+        assert_eq!(run(&args), (0, "The same: 8 signals until 112 ns.\n".to_owned(), String::new()));
+    }
+    // one meaning everywhere
+    let (status, out, err) = run(&["wave", instance, "--scope", "tb.dut", "-s", "q"]);
+    assert!(status == 0 && out.contains("dut") && !out.contains("tb"), "{out}{err}");
+    let (status, out, err) =
+        run(&["view", instance, "--scope", "tb.dut", "-o", dir.path().join("p.html").to_str().unwrap()]);
+    assert!(status == 0 && out.contains("signals"), "{out}{err}");
+    for command in ["wave", "view", "plot"] {
+        let (status, _, told) = run(&[command, instance, "--scope", "tb.duty"]);
+        assert!(status == 2 && told.contains("has no scope `tb.duty`: it has `tb`, `tb.dut`"), "{told}");
+    }
 }
 
 #[test]

@@ -123,7 +123,11 @@ fn signed_coordinates_of_a_waveform() {
     std::fs::write(&path, text).unwrap();
     let path = path.to_str().unwrap();
     assert!(svg(&format!("{path} --signed")).contains("(0, 0) → (-2, 0)"));
-    assert!(svg(path).contains("(0, 0) → (14, 0)"));
+    // a path does not leap from 0 to 15
+    assert!(svg(path).contains("(0, 0) → (-2, 0)"));
+    std::fs::write(path, text.replace("b0 x", "b1000 x").replace("b1111 x", "b111 x").replace("b1110 x", "b110 x"))
+        .unwrap();
+    assert!(svg(path).contains("(8, 0) → (6, 0)"), "nor from -8 to 7");
     std::fs::write(path, text.replace("b1111 x", "b1x11 x")).unwrap();
     refused(path, &["a coordinate is unknown before the edge of the clock at 3"]);
 }
@@ -206,4 +210,40 @@ fn the_pictures_of_the_documentation_are_current() {
         let found = std::fs::read_to_string(&path).unwrap_or_default();
         assert!(found == picture, "docs/pictures/{file} is not up to date; renew it: BLESS=1 cargo test --test plot");
     }
+}
+
+/// What a circuit's coordinates are is told from their path, or by the circuit: in every quadrant, for every method, around
+/// other centres. That which `--signed` gives is the measure.
+#[test]
+fn signs_are_found() {
+    let dir = tempfile::tempdir().unwrap();
+    let wave = dir.path().join("w.vcd").display().to_string();
+    let mut told = 0;
+    for circuit in ["circle", "fast_circle", "karibsky"] {
+        for (from, to) in
+            [([6, 6], [-6, 6]), ([-6, 6], [-6, -6]), ([-5, -1], [-1, -5]), ([3, 4], [-4, 3]), ([5, -2], [2, 5])]
+        {
+            for center in [[0, 0], [-20, -15], [-20, 15]] {
+                let file = format!("circuits/quadrant/{circuit}.json");
+                let at = |p: [i64; 2]| [p[0] + center[0], p[1] + center[1]];
+                let ([xh, yh], [xk, yk]) = (at(from), at(to));
+                let sets = format!(
+                    "-s xh={xh} -s yh={yh} -s xk={xk} -s yk={yk} -s xc={} -s yc={} -s cw=0",
+                    center[0], center[1]
+                );
+                let (status, _, err) = program::command("run", &format!("{file} {sets} --cycles 60 -o {wave}"));
+                if status == 2 {
+                    // a method that has no centre, or no such arc
+                    println!("{file} {sets}: {err}");
+                    continue;
+                }
+                let line = format!("{wave} --center {},{}", center[0], center[1]);
+                let signed = svg(&format!("{line} --signed"));
+                assert_eq!(svg(&line), signed, "{file} {sets}");
+                assert_eq!(svg(&format!("{line} --circuit {file}")), signed, "{file} {sets}");
+                told += 1;
+            }
+        }
+    }
+    assert!(told >= 30, "{told}");
 }

@@ -209,10 +209,10 @@ pub struct TestArgs {
 Examples:
   discreta diff line.vcd traces/evaluation/line_5_3.vcd
   discreta diff mine.vcd icarus.fst --ignore-end --ignore-x b
-  discreta diff line.vcd line_tb.vcd --scope testbench
+  discreta diff line.vcd line_tb.vcd --scope testbench.line
         with what a test bench around the circuit recorded
 
-Signals are matched by their full names, and compared by the value that each has at the end of a tick.
+Signals are matched by their full names, or those from the scope on, and compared by the value that each has at the end of a tick.
 Exit status: 0 the same; 1 different; 2 a file cannot be read, or usage.")]
 pub struct DiffArgs {
     /// The first waveform: VCD, FST or GHW
@@ -223,11 +223,12 @@ pub struct DiffArgs {
     #[arg(value_name = "B", value_hint = ValueHint::FilePath)]
     pub b: PathBuf,
 
-    /// Where in a waveform the circuit stands, e.g. bench.dut
+    /// Where in a waveform the circuit stands, e.g. bench.dut; may be given twice, for A and for B
     ///
-    /// Of the waveform that has this scope, what is below it is compared, as where the other's hierarchy begins.
+    /// Only what is below is compared, by its names from there on. Where one of the two has no such scope, it is compared
+    /// from the scope on below which it has the same names.
     #[arg(long, value_name = "PATH")]
-    pub scope: Option<String>,
+    pub scope: Vec<String>,
 
     /// Let x in one of the two agree with anything; otherwise x agrees only with x
     #[arg(long, value_name = "SIDE")]

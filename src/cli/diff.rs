@@ -1,7 +1,7 @@
 //! `discreta diff`: two waveforms, and where they first differ.
 
 use super::args::{DiffArgs, DontCare};
-use super::wave::width;
+use super::wave::{no_scope, width};
 use super::{CliError, Format, Out, Status};
 use crate::wave::diff::{self, Options, Side};
 use crate::wave::read::Waves;
@@ -13,6 +13,7 @@ use crate::wave::text::around::around;
 /// # Errors
 /// One of the files cannot be read, or the report not be written.
 pub fn run(args: &DiffArgs, out: &mut Out) -> Result<Status, CliError> {
+    let (mut a, mut b) = (Waves::open(&args.a)?, Waves::open(&args.b)?);
     let options = Options {
         x_as_dont_care: args.ignore_x.map(|side| match side {
             DontCare::A => Side::A,
@@ -21,13 +22,15 @@ pub fn run(args: &DiffArgs, out: &mut Out) -> Result<Status, CliError> {
         ignore_end: args.ignore_end,
         max_signals: args.max,
         context: args.context.into(),
-        scope: args.scope.clone(),
+        scopes: scopes(&a, &b, &args.scope)?,
     };
-    let (mut a, mut b) = (Waves::open(&args.a)?, Waves::open(&args.b)?);
-    if let Some(scope) = args.scope.as_deref().filter(|s| !diff::has_scope(&a, s) && !diff::has_scope(&b, s)) {
-        return Err(CliError::usage(format!("neither waveform has anything below `{scope}`")));
-    }
     let difference = diff::diff(&mut a, &mut b, &options)?;
+    if difference.compared == 0 && difference.kinds.count == 0 {
+        let text = format!("`{}` and `{}` have no signal of the same name", a.path().display(), b.path().display());
+        let there = |waves: &Waves| format!("`{}`: {}", waves.path().display(), waves.scopes_there());
+        return Err(CliError::usage(format!("{text}; {}; {}", there(&a), there(&b)))
+            .with_hint("say where the circuit stands by --scope, once, or for each of the two"));
+    }
     match args.format.format {
         Format::Text => {
             write!(out, "{difference}")?;
@@ -39,4 +42,23 @@ pub fn run(args: &DiffArgs, out: &mut Out) -> Result<Status, CliError> {
         Format::Json => out.json(&difference)?,
     }
     Ok(Status::of(difference.same))
+}
+
+/// What is compared of each waveform: what is below the scope that was named. Where only one has that, the other is compared
+/// from the scope on below which it has the same names.
+fn scopes(a: &Waves, b: &Waves, given: &[String]) -> Result<[String; 2], CliError> {
+    let of = |waves: &Waves, scope: &str| waves.scope(scope).ok_or_else(|| no_scope(waves, scope));
+    Ok(match given {
+        [] => <[String; 2]>::default(),
+        [one] => match (a.scope(one), b.scope(one)) {
+            (Some(in_a), Some(in_b)) => [in_a, in_b],
+            (Some(in_a), None) => {
+                let in_b = b.counterpart(a, &in_a).unwrap_or_default();
+                [in_a, in_b]
+            }
+            (None, Some(in_b)) => [a.counterpart(b, &in_b).unwrap_or_default(), in_b],
+            (None, None) => return Err(no_scope(a, one)),
+        },
+        [in_a, in_b, ..] => [of(a, in_a)?, of(b, in_b)?],
+    })
 }

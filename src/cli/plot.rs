@@ -5,12 +5,12 @@ use std::path::Path;
 
 use super::args::{DrawingArgs, PlotArgs, Point};
 use super::progress::Progress;
-use super::sample::sampled;
+use super::sample::{readings, sampled, signed};
+use super::wave::{declaring, opened};
 use super::{CliError, Out, Status, drawing, interrupt};
 use crate::interpolate::{Drawing, Ideal, Method};
 use crate::plot::{Picture, Recording};
 use crate::wave::output::{Destination, Output};
-use crate::wave::read::Waves;
 
 /// Clocks between two looks at the terminal and at Ctrl-C.
 const OFTEN: u64 = 1 << 20;
@@ -72,6 +72,8 @@ fn of_method(method: Method, args: &PlotArgs) -> Result<Plotted, CliError> {
         ("--z", args.coordinates.z.is_some()),
         ("--dt", args.coordinates.dt.is_some()),
         ("--signed", args.coordinates.signed),
+        ("--scope", args.scope.is_some()),
+        ("--circuit", args.circuit.is_some()),
     ];
     if let Some((option, _)) = of_traces.into_iter().find(|(_, given)| *given) {
         return Err(CliError::usage(format!("{method} has no option {option}")).with_hint("it is for waveforms"));
@@ -116,13 +118,34 @@ fn note(recording: &Recording, bits: Option<u32>, stopped: bool) -> String {
 }
 
 fn of_trace(path: &Path, args: &PlotArgs) -> Result<Plotted, CliError> {
-    let DrawingArgs { to, from, center, ccw, cw, .. } = args.drawing;
     if let Some(option) = args.drawing.of_methods_alone() {
         return Err(CliError::usage(format!("a waveform has no option {option}")).with_hint("it is for methods"));
     }
-    let mut waves = Waves::open(path)?;
-    let points: Vec<[i64; 3]> = sampled(&mut waves, &args.coordinates)?.iter().map(|point| point.at).collect();
+    let mut waves = opened(path, args.scope.as_deref())?;
+    let mut coordinates = args.coordinates.clone();
+    let circuit = declaring(args.circuit.as_deref())?;
+    let readings = match &circuit {
+        Some(circuit) => {
+            coordinates.signed |= signed(circuit, &waves, &coordinates)?;
+            vec![sampled(&mut waves, &coordinates)?]
+        }
+        None => readings(&mut waves, &coordinates)?,
+    };
     let axes = 2 + usize::from(args.coordinates.z.is_some());
+    // of readings that may both be meant that which comes nearer to the curve
+    let mut traced = Vec::new();
+    for reading in &readings {
+        let points: Vec<[i64; 3]> = reading.iter().map(|point| point.at).collect();
+        traced.push(traced_over(path, args, axes, &points)?);
+    }
+    let worst = |plotted: &Plotted| plotted.recording.worst().0.abs();
+    let best = (0..traced.len()).min_by(|&a, &b| worst(&traced[a]).total_cmp(&worst(&traced[b])));
+    Ok(traced.swap_remove(best.unwrap_or(0)))
+}
+
+/// A path over the curve that it is to follow.
+fn traced_over(path: &Path, args: &PlotArgs, axes: usize, points: &[[i64; 3]]) -> Result<Plotted, CliError> {
+    let DrawingArgs { to, from, center, ccw, cw, .. } = args.drawing;
     let (Some(&first), Some(&last)) = (points.first(), points.last()) else {
         let fault = format!("in `{}` the coordinates are never known at a clock", path.display());
         return Err(CliError::usage(fault).with_hint("does START come before the first clock?"));

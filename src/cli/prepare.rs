@@ -189,14 +189,16 @@ fn changed(loader: &mut Loader, simulation: &Simulation, changes: &Changes<'_>) 
     let mut simulation = simulation.clone();
     for Assignment { name, value } in changes.sets {
         let (name, span) = typed(loader, "-s", name, value);
-        // an input that is held is no clock any more
+        // an input that is held is no clock any more, and nothing changes it
         simulation.clocks.shift_remove(name.value.as_str());
+        simulation.without_changes_of(name.value.as_str());
         options.inputs.shift_remove(name.value.as_str());
         options.inputs.insert(name, Recover(Some(ValueText::new(value.as_str(), span))));
     }
     for option in changes.clocks {
         if let Some((name, clock)) = clock(loader, option) {
             simulation.inputs.shift_remove(name.value.as_str());
+            simulation.without_changes_of(name.value.as_str());
             options.clocks.insert(name, Recover(Some(clock)));
         }
     }

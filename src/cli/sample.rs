@@ -1,9 +1,16 @@
 //! The path in a waveform: coordinates as they stand at the end of each clock.
 
+use std::cmp::Ordering;
+
 use super::CliError;
 use super::args::CoordinateArgs;
+use super::wave::declared;
+use crate::circuit::Circuit;
 use crate::view::route::Reached;
 use crate::wave::read::{ValueKind, Waves};
+
+/// No interpolator goes further along an axis in a clock, BLU.
+const LONGEST_STEP: u64 = 8;
 
 /// The coordinates before the first clock and at the end of each, just before the leading edge of the next, with the
 /// time since when they stand so.
@@ -11,10 +18,38 @@ use crate::wave::read::{ValueKind, Waves};
 /// # Errors
 /// Nets that are not there or no coordinates, or that become unknown.
 pub(super) fn sampled(waves: &mut Waves, args: &CoordinateArgs) -> Result<Vec<Reached>, CliError> {
+    Ok(readings(waves, args)?.swap_remove(0))
+}
+
+/// The same, and where the path may as well be one of numbers without a sign as of numbers with one, both, without
+/// first. A path goes in small steps: where one reading has more leaps than the other, it is the wrong one.
+///
+/// # Errors
+/// As [`sampled`].
+pub(super) fn readings(waves: &mut Waves, args: &CoordinateArgs) -> Result<Vec<Vec<Reached>>, CliError> {
     let clock = changes(waves, args.dt.as_deref().unwrap_or("dt"), "--dt")?;
     let nets = nets(waves, args)?;
     let rising = clock.windows(2).filter(|pair| pair[1].1 == "1" && pair[0].1 != "1").map(|pair| pair[1].0);
-    points(&nets, rising.chain([u64::MAX]), args.signed)
+    let edges: Vec<u64> = rising.chain([u64::MAX]).collect();
+    if args.signed {
+        return Ok(vec![points(&nets, edges.into_iter(), true)?]);
+    }
+    let plain = points(&nets, edges.iter().copied(), false)?;
+    let signed = points(&nets, edges.into_iter(), true)?;
+    let width = nets.iter().flatten().map(|(_, bits)| bits.len()).max().unwrap_or(1);
+    Ok(match leaps(&plain, width).cmp(&leaps(&signed, width)) {
+        _ if plain == signed => vec![plain],
+        Ordering::Less => vec![plain],
+        Ordering::Greater => vec![signed],
+        Ordering::Equal => vec![plain, signed],
+    })
+}
+
+/// How often a path of coordinates so wide goes further along an axis than an interpolator steps.
+fn leaps(points: &[Reached], width: usize) -> usize {
+    let step = LONGEST_STEP.min((1 << (width - 1)) - 1);
+    let leap = |pair: &&[Reached]| (0..3).any(|axis| pair[0].at[axis].abs_diff(pair[1].at[axis]) > step);
+    points.windows(2).filter(leap).count()
 }
 
 /// The coordinates after each of their changes, whatever clocks them.
@@ -26,7 +61,10 @@ pub(super) fn moved(waves: &mut Waves, args: &CoordinateArgs) -> Result<Vec<Reac
     let mut times: Vec<u64> = nets.iter().flatten().map(|(time, _)| time.saturating_add(1)).collect();
     times.sort_unstable();
     times.dedup();
-    let mut points = points(&nets, times.into_iter(), args.signed)?;
+    let width = nets.iter().flatten().map(|(_, bits)| bits.len()).max().unwrap_or(1);
+    let plain = points(&nets, times.iter().copied(), args.signed)?;
+    let signed = points(&nets, times.into_iter(), true)?;
+    let mut points = if leaps(&signed, width) < leaps(&plain, width) { signed } else { plain };
     points.dedup_by_key(|point| point.at);
     Ok(points)
 }
@@ -72,11 +110,19 @@ fn points(nets: &[Changes], times: impl Iterator<Item = u64>, signed: bool) -> R
     Ok(points)
 }
 
-/// The changes of the net of a name: the full name, or else the only one nearest to the top that ends in it.
 fn changes(waves: &mut Waves, name: &str, option: &str) -> Result<Changes, CliError> {
+    let found = found(waves, name, option)?;
+    if !matches!(waves.vars()[found].kind, ValueKind::Bits(1..=63)) {
+        return Err(CliError::usage(format!("`{name}` is {}, not 1 to 63 bits", waves.vars()[found].kind)));
+    }
+    Ok(waves.load(found)?.changes().collect())
+}
+
+/// The net of a name: the full name, or else the only one nearest to the top that ends in it.
+fn found(waves: &Waves, name: &str, option: &str) -> Result<usize, CliError> {
     let path = waves.path().display().to_string();
-    let found = match waves.find(name) {
-        Some(found) => found,
+    match waves.find(name) {
+        Some(found) => Ok(found),
         None => {
             let inner = format!(".{name}");
             let vars = || waves.vars().iter().enumerate().filter(|(_, v)| v.name.ends_with(&inner));
@@ -84,23 +130,32 @@ fn changes(waves: &mut Waves, name: &str, option: &str) -> Result<Changes, CliEr
             let least = vars().map(|(_, v)| depth(&v.name)).min();
             let nearest: Vec<usize> = vars().filter(|(_, v)| Some(depth(&v.name)) == least).map(|(i, _)| i).collect();
             match nearest[..] {
-                [one] => one,
+                [one] => Ok(one),
                 [] => {
                     let fault = CliError::usage(format!("`{path}` has no net `{name}`"));
-                    return Err(fault.with_hint(format!("name another with {option}")));
+                    Err(fault.with_hint(format!("name another with {option}")))
                 }
                 [a, b, ..] => {
                     let [a, b] = [a, b].map(|i| waves.vars()[i].name.clone());
                     let fault = CliError::usage(format!("`{path}` has several nets `{name}`"));
-                    return Err(fault.with_hint(format!("name one in full with {option}, such as {a} or {b}")));
+                    Err(fault.with_hint(format!("name one in full with {option}, such as {a} or {b}")))
                 }
             }
         }
-    };
-    if !matches!(waves.vars()[found].kind, ValueKind::Bits(1..=63)) {
-        return Err(CliError::usage(format!("`{name}` is {}, not 1 to 63 bits", waves.vars()[found].kind)));
     }
-    Ok(waves.load(found)?.changes().collect())
+}
+
+/// Whether a circuit has the coordinates signed.
+///
+/// # Errors
+/// As [`sampled`].
+pub(super) fn signed(circuit: &Circuit, waves: &Waves, args: &CoordinateArgs) -> Result<bool, CliError> {
+    let nets = [(args.x.as_deref().unwrap_or("xt"), "--x"), (args.y.as_deref().unwrap_or("yt"), "--y")];
+    let mut any = false;
+    for (name, option) in nets {
+        any |= declared(circuit, waves, found(waves, name, option)?).is_some_and(|signal| signal.signed);
+    }
+    Ok(any)
 }
 
 /// The number that bits are; none if one of them is unknown.

@@ -9,6 +9,7 @@ use super::prepare::{Changes, Prepared, prepare};
 use super::report::Report;
 use super::run::{faults, loader, simulate};
 use super::sample::{moved, sampled};
+use super::wave::opened;
 use super::{CliError, Out, Status, interrupt};
 use crate::draw;
 use crate::interpolate::Ideal;
@@ -62,7 +63,7 @@ fn of_waveform(args: &ViewArgs) -> Result<(Page, Status), CliError> {
     if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
         return Err(CliError::usage(format!("a waveform has no option {option}")).with_hint("it is for circuits"));
     }
-    let mut waves = Waves::open(&args.what)?;
+    let mut waves = opened(&args.what, args.scope.as_deref())?;
     let signals = packed(&mut waves, |_| About::default())?;
     let name = args.what.file_name().unwrap_or(args.what.as_os_str()).to_string_lossy().into_owned();
     let shown = signals.signals.len();
@@ -81,6 +82,9 @@ fn of_waveform(args: &ViewArgs) -> Result<(Page, Status), CliError> {
 }
 
 fn of_circuit(args: &ViewArgs) -> Result<(Page, Status), CliError> {
+    if args.scope.is_some() {
+        return Err(CliError::usage("a circuit has no option --scope").with_hint("it is for waveforms"));
+    }
     interrupt::watch();
     let mut loader = loader(&args.elaboration)?;
     // wires show what they have, so all of them are recorded
@@ -109,7 +113,8 @@ fn of_circuit(args: &ViewArgs) -> Result<(Page, Status), CliError> {
     let about = about(&prepared);
     let signals = packed(&mut waves, |name| about.get(name).cloned().unwrap_or_default())?;
     let mut coordinates = args.coordinates.clone();
-    coordinates.signed |= netlist.find("xt").is_some_and(|id| netlist.signal(id).signed);
+    let nets = [coordinates.x.as_deref().unwrap_or("xt"), coordinates.y.as_deref().unwrap_or("yt")];
+    coordinates.signed |= nets.iter().filter_map(|net| netlist.find(net)).any(|id| netlist.signal(id).signed);
     let options = draw::Options { depth: args.depth, ..draw::Options::default() };
     let page = Page {
         title: netlist.scopes().first().map_or_else(String::new, |top| top.name.clone()),

@@ -1,6 +1,7 @@
 //! `discreta wave`: a waveform as text.
 
 use std::io::IsTerminal;
+use std::path::Path;
 
 use globset::GlobSet;
 
@@ -24,7 +25,7 @@ const WIDTH: usize = 100;
 /// # Errors
 /// A file that cannot be read, a glob that matches nothing, times that are none.
 pub fn run(args: &WaveTextArgs, out: &mut Out) -> Result<Status, CliError> {
-    let mut waves = Waves::open(&args.waveform)?;
+    let mut waves = opened(&args.waveform, args.scope.as_deref())?;
     let signed = globs(&args.signed)?;
     let (shown, left) = shown(&waves, &globs(&args.signals)?, &args.signals)?;
     let time = |text: &Option<String>, option| text.as_deref().map(|t| time(t, option, waves.timescale())).transpose();
@@ -34,12 +35,7 @@ pub fn run(args: &WaveTextArgs, out: &mut Out) -> Result<Status, CliError> {
     if begin > end {
         return Err(CliError::usage("the window ends before it begins").with_hint("let --from be before --to"));
     }
-    let circuit = args.circuit.as_ref().map(|path| {
-        let mut loader = Loader::new(Limits::default());
-        let circuit = circuit_of(&mut loader, path, &[]);
-        faults(&mut loader, circuit)
-    });
-    let circuit = circuit.transpose()?;
+    let circuit = declaring(args.circuit.as_deref())?;
     let mut traces = Vec::new();
     for var in shown {
         let known = circuit.as_ref().and_then(|circuit| declared(circuit, &waves, var));
@@ -75,6 +71,39 @@ pub fn run(args: &WaveTextArgs, out: &mut Out) -> Result<Status, CliError> {
     Ok(Status::Done)
 }
 
+/// A waveform, or what is below a scope of it.
+///
+/// # Errors
+/// A file that cannot be read, a scope that is not there.
+pub(super) fn opened(path: &Path, scope: Option<&str>) -> Result<Waves, CliError> {
+    let mut waves = Waves::open(path)?;
+    if let Some(scope) = scope {
+        let found = waves.scope(scope).ok_or_else(|| no_scope(&waves, scope))?;
+        waves.narrow(&found);
+    }
+    Ok(waves)
+}
+
+/// A circuit that says more of a waveform.
+pub(super) fn declaring(path: Option<&Path>) -> Result<Option<Circuit>, CliError> {
+    let load = |path: &Path| {
+        let mut loader = Loader::new(Limits::default());
+        let circuit = circuit_of(&mut loader, path, &[]);
+        faults(&mut loader, circuit)
+    };
+    path.map(load).transpose()
+}
+
+/// What to say of a scope that a waveform does not have.
+pub(super) fn no_scope(waves: &Waves, scope: &str) -> CliError {
+    let text = format!("`{}` has no scope `{scope}`: {}", waves.path().display(), waves.scopes_there());
+    let nearest = crate::diag::nearest(scope, waves.scopes().iter().map(String::as_str));
+    CliError::usage(text).with_hint(match nearest {
+        Some(nearest) => format!("did you mean `{nearest}`?"),
+        None => "write its path from the top down, as in bench.dut".to_owned(),
+    })
+}
+
 /// The characters of a line.
 pub(super) fn width(given: Option<u16>) -> usize {
     let terminal = || terminal_size::terminal_size().filter(|_| std::io::stdout().is_terminal());
@@ -100,7 +129,7 @@ fn names(waves: &Waves, var: usize) -> Vec<String> {
 }
 
 /// What a circuit says of a variable: its signal of the same path and width below the top.
-fn declared<'c>(circuit: &'c Circuit, waves: &Waves, var: usize) -> Option<&'c Signal> {
+pub(super) fn declared<'c>(circuit: &'c Circuit, waves: &Waves, var: usize) -> Option<&'c Signal> {
     let var = &waves.vars()[var];
     let (_, path) = var.name.split_once('.')?;
     let signal = circuit.netlist.signal(circuit.netlist.find(path)?);

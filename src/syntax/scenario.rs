@@ -264,6 +264,15 @@ impl Simulation {
         self.stimuli().map_or(&[][..], Stimuli::changes).iter().filter_map(Recover::as_ref)
     }
 
+    /// Leaves out what changes an input, and with it instants at which nothing else changes.
+    pub fn without_changes_of(&mut self, net: &str) {
+        let Some(Recover(Some(Stimuli::Changes(changes)))) = &mut self.stimulus else { return };
+        changes.retain_mut(|change| match change {
+            Recover(Some(change)) => change.set.shift_remove(net).is_none() || !change.set.is_empty(),
+            Recover(None) => true,
+        });
+    }
+
     /// The waveform that drives the inputs, if one does.
     #[must_use]
     pub fn wave(&self) -> Option<&WaveStimulus> {

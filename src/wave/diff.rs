@@ -10,6 +10,7 @@ use serde::Serialize;
 use wellen::{Signal, SignalRef};
 
 use super::read::{self, ReadError, ValueKind, WaveVar, Waves};
+use super::scopes;
 use super::walk::{Point, Source, Walk, same};
 use crate::Timescale;
 
@@ -37,13 +38,13 @@ pub struct Options {
     pub max_signals: usize,
     /// How many times before and after the first difference are reported.
     pub context: usize,
-    /// Of a waveform that has this scope, what is below it is compared, by its name from there on.
-    pub scope: Option<String>,
+    /// Of each waveform only what is below this scope is compared, by its name from there on; nothing is the top.
+    pub scopes: [String; 2],
 }
 
 impl Default for Options {
     fn default() -> Options {
-        Options { x_as_dont_care: None, ignore_end: false, max_signals: 20, context: 5, scope: None }
+        Options { x_as_dont_care: None, ignore_end: false, max_signals: 20, context: 5, scopes: Default::default() }
     }
 }
 
@@ -291,7 +292,8 @@ struct Matched(BTreeMap<(SignalRef, SignalRef, bool), (Pair, Vec<usize>)>);
 
 impl Matched {
     fn by_name(&mut self, a: &Waves, b: &Waves, options: &Options, result: &mut Difference) {
-        let (list_a, list_b) = (below(a, options), below(b, options));
+        let [scope_a, scope_b] = &options.scopes;
+        let (list_a, list_b) = (below(a, scope_a), below(b, scope_b));
         let index = |list: &[(usize, &str)]| list.iter().rev().map(|&(i, name)| (name.to_owned(), i)).collect();
         let (all_a, all_b): (HashMap<String, usize>, HashMap<String, usize>) = (index(&list_a), index(&list_b));
         for &(i, name) in &list_a {
@@ -333,24 +335,9 @@ impl Matched {
     }
 }
 
-/// Whether a waveform has something below a scope.
-#[must_use]
-pub fn has_scope(waves: &Waves, scope: &str) -> bool {
-    waves.vars().iter().any(|var| from_scope(&var.name, scope).is_some())
-}
-
-fn from_scope<'n>(name: &'n str, scope: &str) -> Option<&'n str> {
-    name.strip_prefix(scope)?.strip_prefix('.')
-}
-
 /// The variables that are compared, by their names from the scope on.
-fn below<'w>(waves: &'w Waves, options: &Options) -> Vec<(usize, &'w str)> {
-    let scope = options.scope.as_deref().filter(|scope| has_scope(waves, scope));
-    let name = |name: &'w str| match scope {
-        Some(scope) => from_scope(name, scope),
-        None => Some(name),
-    };
-    waves.vars().iter().enumerate().filter_map(|(i, var)| Some((i, name(&var.name)?))).collect()
+fn below<'w>(waves: &'w Waves, scope: &str) -> Vec<(usize, &'w str)> {
+    waves.vars().iter().enumerate().filter_map(|(i, var)| Some((i, scopes::below(&var.name, scope)?))).collect()
 }
 
 /// The value in the first waveform as the second would write it.

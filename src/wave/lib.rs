@@ -23,6 +23,7 @@ mod report;
 #[cfg(test)]
 mod samples;
 pub mod save;
+pub mod scopes;
 mod section;
 pub mod select;
 pub mod text;

@@ -76,6 +76,11 @@ pub(super) fn names(hierarchy: &Hierarchy) -> Result<Names, Fault> {
     Ok(Names { vars, index, scopes })
 }
 
+/// The same of a whole path.
+pub(super) fn plain_path(path: &str) -> String {
+    path.split('.').map(plain).collect::<Vec<_>>().join(".")
+}
+
 /// Whether the reader joined single bits that stand one after the other. It takes the highest index for the most
 /// significant, whatever the declaration was.
 fn joined(hierarchy: &Hierarchy, signal: SignalRef) -> bool {

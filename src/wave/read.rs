@@ -98,9 +98,9 @@ pub struct Waves {
     hierarchy: Hierarchy,
     source: Option<SignalSource>,
     times: Vec<u64>,
-    vars: Vec<WaveVar>,
-    scopes: Vec<String>,
-    index: HashMap<String, usize>,
+    pub(super) vars: Vec<WaveVar>,
+    pub(super) scopes: Vec<String>,
+    pub(super) index: HashMap<String, usize>,
     exponent: Option<i32>,
 }
 

@@ -163,6 +163,14 @@ pub struct PlotArgs {
     #[arg(short, long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
     pub output: PathBuf,
 
+    /// Look only at what is below this scope of a waveform, e.g. bench.dut
+    #[arg(long, value_name = "PATH")]
+    pub scope: Option<String>,
+
+    /// Take coordinates of a waveform as signed where this circuit does
+    #[arg(long, value_name = "CIRCUIT", value_hint = ValueHint::FilePath)]
+    pub circuit: Option<PathBuf>,
+
     /// The nets of the path in a waveform.
     #[command(flatten)]
     pub coordinates: CoordinateArgs,
@@ -187,7 +195,7 @@ pub struct CoordinateArgs {
     #[arg(long, value_name = "NET")]
     pub dt: Option<String>,
 
-    /// The coordinates in a waveform are two's complement
+    /// The coordinates in a waveform are two's complement; otherwise this is told from the path
     #[arg(long)]
     pub signed: bool,
 }

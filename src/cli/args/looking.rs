@@ -32,6 +32,10 @@ pub struct WaveTextArgs {
     #[arg(short, long, value_name = "GLOB")]
     pub signals: Vec<String>,
 
+    /// Look only at what is below this scope of the waveform, e.g. bench.dut
+    #[arg(long, value_name = "PATH")]
+    pub scope: Option<String>,
+
     /// Begin at this time: ticks, or with a unit as in 5us
     #[arg(long, value_name = "TIME")]
     pub from: Option<String>,
@@ -83,6 +87,10 @@ pub struct ViewArgs {
     /// Write the page to a file (.html), or to standard output (-)
     #[arg(short, long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
     pub output: PathBuf,
+
+    /// Look only at what is below this scope of a waveform, e.g. bench.dut
+    #[arg(long, value_name = "PATH")]
+    pub scope: Option<String>,
 
     /// Go so many modules and blocks down from the top
     ///

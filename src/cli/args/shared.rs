@@ -202,11 +202,12 @@ pub struct WaveArgs {
 /// What the command line changes of a scenario.
 #[derive(Args, Debug, Clone, PartialEq, Eq, Default)]
 pub struct ScenarioArgs {
-    /// Hold an input at a value from the start; may be given several times
+    /// Hold an input at a value for the whole run, whatever the circuit's own stimulus says; may be given several times
     #[arg(short, long = "set", value_name = "NET=VALUE", value_parser = assignment)]
     pub set: Vec<Assignment>,
 
-    /// Drive an input by a clock, as in clk=10ns or clk=20ns,high=5ns,phase=0; may be given several times
+    /// Drive an input by a clock, as in clk=10ns or clk=20ns,high=5ns,phase=0, in place of the circuit's own stimulus; may
+    /// be given several times
     #[arg(long, value_name = "NET=PERIOD", value_parser = clock)]
     pub clock: Vec<ClockOption>,
 

@@ -21,6 +21,7 @@ use crate::value::Word;
 use crate::value::word::words;
 use crate::wave::play::Tracks;
 use crate::wave::read::{ReadError, Waves};
+use crate::wave::scopes::some;
 
 pub use expected::Expected;
 pub use feed::Feed;
@@ -459,19 +460,13 @@ impl Finder<'_> {
 
     /// The scope that was named.
     fn given(&mut self, scope: &Spanned<String>) -> Option<String> {
-        let plain =
-            |name: &str| name.split('.').map(|s| s.strip_prefix('\\').unwrap_or(s)).collect::<Vec<_>>().join(".");
-        let wanted = plain(scope.value.trim());
-        if wanted.is_empty() || self.waves.scopes().contains(&wanted) {
-            return Some(wanted);
+        if let Some(found) = self.waves.scope(&scope.value) {
+            return Some(found);
         }
         let text = format!("`{}` has no scope `{}`", self.waves.path().display(), scope.value);
         let fault = Diagnostic::new(Code::BadWave, text).at(scope.span, "");
-        let fault = match self.waves.scopes() {
-            [] => fault.note("it has none"),
-            all => fault.note(format!("it has {}", some(all.iter().map(String::as_str)))),
-        };
-        self.fault(fault.did_you_mean(&wanted, self.waves.scopes().iter().map(String::as_str)))
+        let fault = fault.note(self.waves.scopes_there());
+        self.fault(fault.did_you_mean(&scope.value, self.waves.scopes().iter().map(String::as_str)))
     }
 
     /// The only scope that has what is wanted.
@@ -534,14 +529,4 @@ fn differs(name: &str, width: u32, how: Mismatch) -> String {
 
 fn plural(list: &[String]) -> &'static str {
     if list.len() == 1 { "" } else { "s" }
-}
-
-/// The first names of a list.
-fn some<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    const SHOWN: usize = 10;
-    let mut list: Vec<String> = names.map(|name| format!("`{name}`")).collect();
-    let more = list.len().saturating_sub(SHOWN);
-    list.truncate(SHOWN);
-    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-    format!("{}{more}", list.join(", ")).replace("``", "the top")
 }
