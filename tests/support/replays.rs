@@ -6,8 +6,8 @@ use std::path::Path;
 
 use serde_json::Value as Json;
 
-use crate::program::{discreta, ended};
-use crate::support::tool::tool;
+use super::program::{discreta, ended};
+use super::tool::tool;
 
 /// How the program ends in a folder, with a line of arguments split at spaces.
 pub fn run(folder: &Path, line: &str) -> (i32, String, String) {

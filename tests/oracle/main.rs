@@ -1,0 +1,21 @@
+//! What other tools say: Icarus Verilog, Yosys, Verilator, GTKWave, Graphviz, Chromium. Where one is missing its tests are
+//! ignored, with the reason.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod campaign_export;
+mod designs;
+mod elements;
+mod export_elements;
+mod export_verilog;
+mod export_yosys;
+mod feed_icarus;
+mod formal;
+mod pictures;
+mod replay_order;
+mod stimulus;
+mod view;
+mod yosys;
+mod yosys_cells;
+mod yosys_memory;

@@ -1,0 +1,22 @@
+//! What a user meets: commands, messages, documentation, golden traces. The answer that a developer waits for:
+//! `cargo test --test quick`.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod bad;
+mod cli;
+mod cli_diff;
+mod cli_interpolate;
+mod cli_stats;
+mod compare;
+mod docs;
+mod draw;
+mod hierarchy;
+mod machine;
+mod plot;
+mod readme;
+mod save;
+mod stats;
+mod traces;
+mod wave_text;
