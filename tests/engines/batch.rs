@@ -1,15 +1,14 @@
 //! The batch engine against the event engine: every net, every lane, at every instant.
 
-
 use std::sync::Arc;
 
+use crate::support::design::{CLOCKS, Design};
+use crate::support::{Rng, repository};
 use discreta::cell::{CellKind, GateOp};
 use discreta::circuit::load;
 use discreta::engine::batch::{BatchEngine, Program};
 use discreta::netlist::{Netlist, SignalId};
 use discreta::{Logic, Probe, Simulator, Value};
-use crate::support::design::{CLOCKS, Design};
-use crate::support::{Rng, repository};
 
 const LANES: usize = 12;
 const SEEDS: u64 = 150;

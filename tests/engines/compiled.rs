@@ -6,6 +6,8 @@ use crate::support;
 
 use std::sync::Arc;
 
+use crate::support::design::{CLOCKS, Cell, Design, Operand};
+use crate::support::{Rng, repository};
 use discreta::Value;
 use discreta::cell::memory::{ReadPort, WritePort};
 use discreta::cell::{AddOp, CellKind, Clock, Edge, Flop, GateOp, Memory};
@@ -13,8 +15,6 @@ use discreta::engine::{AutoEngine, CompiledEngine, Engine, EventEngine, Unsettle
 use discreta::netlist::{NetId, Netlist};
 use discreta::value::Word;
 use needs::needs;
-use crate::support::design::{CLOCKS, Cell, Design, Operand};
-use crate::support::{Rng, repository};
 
 /// Two engines on one netlist.
 struct Pair<'n> {

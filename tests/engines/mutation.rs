@@ -5,15 +5,14 @@
 //! refuse is no mutant. What the proof does not notice has to be explained in `SURVIVORS`. (A golden trace holds the pins
 //! of every cell, so it also notices what is no fault.)
 
-
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use discreta::circuit::load_with;
-use serde_json::{Value, json};
 use crate::support::proofs::{PROOFS, Proof};
 use crate::support::{Rng, folder, repository};
+use discreta::circuit::load_with;
+use serde_json::{Value, json};
 
 /// Mutants of each circuit.
 const EACH: usize = 12;

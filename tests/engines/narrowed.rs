@@ -2,13 +2,12 @@
 //! register, which is looked at only now and then.
 #![cfg(feature = "compiled")]
 
-
+use crate::support::Rng;
 use discreta::Value;
 use discreta::cell::{Clock, GateOp};
 use discreta::engine::{CompiledEngine, Engine, EventEngine};
 use discreta::netlist::{Builder, Bus, NetId, Netlist};
 use discreta::value::Word;
-use crate::support::Rng;
 
 /// Registers and the bits of each.
 const REGISTERS: u32 = 8;

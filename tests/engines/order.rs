@@ -1,16 +1,15 @@
 //! No result depends on the order in which a circuit is written: the same circuit with its cells, nets, ports and modules
 //! shuffled gives the same values at every instant, and the same error where it never settles.
 
-
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use discreta::circuit::load_with;
-use discreta::netlist::Netlist;
-use discreta::{Logic, Probe, SimulatorError, Value};
 use crate::support::design::{CLOCKS, Design};
 use crate::support::engines::{self, Sim, simulator};
 use crate::support::{Rng, folder, repository};
+use discreta::circuit::load_with;
+use discreta::netlist::Netlist;
+use discreta::{Logic, Probe, SimulatorError, Value};
 
 /// All that can be seen of a circuit, by name.
 struct Watch<'n> {

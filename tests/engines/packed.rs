@@ -2,13 +2,12 @@
 //! inputs and x at random between them.
 #![cfg(feature = "compiled")]
 
-
+use crate::support::{Rng, repository};
 use discreta::Value;
 use discreta::cell::Clock;
 use discreta::engine::{CompiledEngine, Engine, EventEngine};
 use discreta::netlist::{Driver, NetId, Netlist};
 use discreta::value::Word;
-use crate::support::{Rng, repository};
 
 fn to(engine: &mut dyn Engine, tick: u64) {
     while engine.advance(tick).unwrap() {}

@@ -1,11 +1,12 @@
 //! Sweeps: every row against a run of its own on the event engine, and `discreta sweep` as a user sees it.
 
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
+use crate::support::program::run;
+use crate::support::{folder, load, repository};
 use discreta::Value;
 use discreta::circuit::{Circuit, load_with};
 use discreta::diag::Diagnostics;
@@ -14,8 +15,6 @@ use discreta::netlist::{Direction, NetId};
 use discreta::scenario::{self, Control, RunError, Scenario, Stop};
 use discreta::sweep::run::{Row, Shown};
 use discreta::sweep::{Ended, Over, Plan, Sweep};
-use crate::support::program::run;
-use crate::support::{folder, load, repository};
 
 /// Every row of a sweep, by the batch engine with few lanes, so that lanes take row after row, and by the event engine.
 fn same(label: &str, circuit: &Circuit, change: impl Fn(&mut Scenario), overs: &[&str]) -> Vec<Row> {

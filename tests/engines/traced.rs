@@ -2,10 +2,11 @@
 //! engine, and the same values as FST.
 #![cfg(feature = "compiled")]
 
-
 use std::io;
 use std::sync::atomic::AtomicBool;
 
+use crate::support::design::{CLOCKS, Design};
+use crate::support::{Rng, repository};
 use discreta::Value;
 use discreta::cell::Clock;
 use discreta::engine::{AutoEngine, CompiledEngine, Engine, EventEngine};
@@ -18,8 +19,6 @@ use discreta::wave::output::Output;
 use discreta::wave::read::Waves;
 use discreta::wave::vcd::VcdWriter;
 use discreta::wave::{Layout, Sink};
-use crate::support::design::{CLOCKS, Design};
-use crate::support::{Rng, repository};
 
 /// Takes one change after the other only.
 struct Plain<'s>(&'s mut dyn Sink);

@@ -6,17 +6,16 @@
 //!
 //!     DISCRETA_SEED=1 DISCRETA_CASES=100000 cargo test --test oracle campaign_export random -- --nocapture
 
-
 use std::collections::HashMap;
 use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::support::random_verilog::{Design, Net};
+use crate::support::rng::Rng;
 use discreta::Logic;
 use discreta::wave::read::Waves;
 use needs::needs;
-use crate::support::random_verilog::{Design, Net};
-use crate::support::rng::Rng;
 use serde_json::{Value as Json, json};
 
 /// How far Yosys takes a design.

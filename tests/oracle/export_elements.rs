@@ -4,9 +4,11 @@
 //! Where an unknown condition chooses between z and z, Icarus gives z and IEEE 1364-2005, table 5-21, x: what goes
 //! through such a choice is never z here.
 
-
 use std::fmt::Write as _;
 
+use crate::support::engines::{self, simulator};
+use crate::support::tool::complaints;
+use crate::support::{Rng, folder};
 use discreta::cell::memory::{ReadPort, WritePort};
 use discreta::cell::{
     Accumulator, AddOp, Alu, CellKind, Clock, CompareOp, Counter, DivideOp, Edge, Flop, GateOp, Memory, Rc, Role,
@@ -16,9 +18,6 @@ use discreta::export::verilog;
 use discreta::netlist::{Builder, Bus, Netlist};
 use discreta::{Logic, Value};
 use needs::needs;
-use crate::support::engines::{self, simulator};
-use crate::support::tool::complaints;
-use crate::support::{Rng, folder};
 
 const VECTORS: usize = 300;
 const SPACING: u64 = 10;

@@ -10,11 +10,11 @@ use crate::support::program;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use discreta::wave::read::Waves;
 use crate::designs::harness::Level;
-use needs::needs;
 use crate::support::tool::complaints;
 use crate::support::{folder, repository};
+use discreta::wave::read::Waves;
+use needs::needs;
 
 fn discreta(arguments: &[&str]) {
     let (status, _, told) = program::run(arguments);

@@ -7,17 +7,17 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::designs::harness::Level;
+use crate::support::engines::{self, simulator};
+use crate::support::program::run;
+use crate::support::{Rng, folder, repository};
 use discreta::cell::{
     Accumulator, AddOp, Alu, CellKind, Clock, CompareOp, Counter, DivideOp, Edge, Flop, GateOp, Rc, Role, ShiftOp,
 };
 use discreta::export::yosys::{Extra, write};
 use discreta::netlist::{Builder, Bus, Direction, Netlist, ScopeId};
 use discreta::{Logic, Probe, Value, circuit};
-use crate::designs::harness::Level;
 use needs::needs;
-use crate::support::program::run;
-use crate::support::engines::{self, simulator};
-use crate::support::{Rng, folder, repository};
 
 // ---- random circuits
 

@@ -1,13 +1,12 @@
 //! The feed system, hazards and all, beside a model of its own in Verilog on Icarus: `tests/verilog/feed_tb.v`.
 
-
 use std::process::Command;
 
+use crate::support::feed::System;
+use crate::support::{Rng, folder, repository};
 use discreta::interpolate::feed::Margins;
 use discreta::wave::read::Waves;
 use needs::needs;
-use crate::support::feed::System;
-use crate::support::{Rng, folder, repository};
 
 /// The defaults of the circuit.
 const SAFE: Margins = Margins { step: 20, high: 10, tau: 17, hold: 2, tick: 10, dt_high: 2 };

@@ -4,19 +4,18 @@
 //! where there are flip-flops, by induction over time: `clk2fflogic` makes of every flip-flop, its clock and its
 //! asynchronous controls logic between steps of time, so that nothing is assumed about clocks. State begins at 0.
 
-
 use std::path::Path;
 use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use crate::support::pairs::*;
+use crate::support::{folder, load, repository};
 use discreta::circuit::Circuit;
 use discreta::export::verilog;
 use discreta::export::yosys::{Extra, write};
 use needs::needs;
 use serde_json::{Value as Json, json};
-use crate::support::pairs::*;
-use crate::support::{folder, load, repository};
 
 /// Two forms in one circuit, and the names of what has to be the same.
 struct Claim {

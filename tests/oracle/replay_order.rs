@@ -1,15 +1,14 @@
 //! `run --stimulus`: which bits are which, what changes together, and what is left of a width. Icarus on the Verilog is
 //! the source of every value.
 
-
 use std::path::Path;
 
-use needs::needs;
-use crate::support::replays::{icarus, netlist, refused, report, run};
-use serde_json::{Value as Json, json};
 use crate::support::folder;
+use crate::support::replays::{icarus, netlist, refused, report, run};
 use crate::support::rng::Rng;
 use crate::support::tool::tool;
+use needs::needs;
+use serde_json::{Value as Json, json};
 
 /// Levels of synthesis.
 const LEVELS: [(&str, &str); 3] =

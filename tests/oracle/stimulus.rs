@@ -1,13 +1,12 @@
 //! `run --stimulus`: what other simulators recorded, replayed and compared.
 
-
 use std::path::{Path, PathBuf};
 
-use needs::needs;
 use crate::support::replays::{icarus, netlist, refused, report, run};
-use serde_json::{Value as Json, json};
 use crate::support::tool::tool;
 use crate::support::{folder, repository};
+use needs::needs;
+use serde_json::{Value as Json, json};
 
 /// `replay.v` as netlist and waveform.
 fn replay(name: &str) -> PathBuf {

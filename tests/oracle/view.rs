@@ -1,14 +1,13 @@
 //! The page of `discreta view` in a real browser: it opens, steps by its keys and buttons, and shows what the waveform has.
 
-
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::support::program::run;
 use discreta::wave::read::{ValueKind, Waves};
 use discreta::wave::text::Radix;
 use needs::needs;
-use crate::support::program::run;
 use serde_json::Value as Json;
 
 /// Puts a script behind a page's own.

@@ -1,16 +1,15 @@
 //! Netlists of Yosys as the command line takes them: names, hierarchy, messages, assertions. `tests/designs` compares whole
 //! designs with Icarus Verilog.
 
-
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use needs::needs;
-use serde_json::{Value as Json, json};
 use crate::support::engines::{self, simulator};
 use crate::support::runs::run_everywhere;
 use crate::support::tool::tool;
 use crate::support::{folder, repository};
+use needs::needs;
+use serde_json::{Value as Json, json};
 
 fn discreta(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_discreta")).current_dir(folder).args(arguments).output().unwrap()

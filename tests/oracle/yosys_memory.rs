@@ -6,12 +6,12 @@ use crate::support;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use discreta::Value;
-use needs::needs;
-use serde_json::{Value as Json, json};
 use crate::support::runs::run_everywhere;
 use crate::support::tool::tool;
 use crate::support::{Rng, folder, repository};
+use discreta::Value;
+use needs::needs;
+use serde_json::{Value as Json, json};
 
 fn discreta(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_discreta")).current_dir(folder).args(arguments).output().unwrap()

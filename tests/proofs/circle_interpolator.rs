@@ -1,10 +1,9 @@
 //! The arcs by evaluation function and by Karibsky's rule: the circuit of registers, the circuit of gates and the
 //! algorithm agree on every clock, in both directions.
 
-
-use discreta::interpolate::{ArcInput, Columns, EfCircle, EfCircleFast, InputError, Interpolator, Karibsky};
 use crate::support::Rng;
 use crate::support::bench::{Bench, circuit};
+use discreta::interpolate::{ArcInput, Columns, EfCircle, EfCircleFast, InputError, Interpolator, Karibsky};
 
 /// A method: its circuits, and its algorithm.
 struct Method {

@@ -1,11 +1,10 @@
 //! The general curve of the second order: it gets to its end point, near the curve, and the circuit agrees with it on
 //! every clock.
 
-
-use discreta::interpolate::{CurveInput, DdaCurve, Ideal, Interpolator, Options, Printed, Stopped};
 use crate::support::Rng;
 use crate::support::bench::{Bench, circuit};
 use crate::support::engines;
+use discreta::interpolate::{CurveInput, DdaCurve, Ideal, Interpolator, Options, Printed, Stopped};
 
 /// A number from −n to n.
 fn around(rng: &mut Rng, n: i64) -> i64 {

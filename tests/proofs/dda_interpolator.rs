@@ -1,14 +1,13 @@
 //! The interpolators by differential increments: the circuits of registers, the circuits of gates and the algorithms agree
 //! on every clock.
 
-
+use crate::support::Rng;
+use crate::support::bench::{Bench, circuit};
+use crate::support::engines;
 use discreta::circuit::Circuit;
 use discreta::interpolate::{
     ArcInput, Columns, DdaCircle, DdaCirclePrinted, DdaLine, DdaLinePrinted, Interpolator, LineInput, Options,
 };
-use crate::support::Rng;
-use crate::support::bench::{Bench, circuit};
-use crate::support::engines;
 
 const LINES: [&str; 2] = ["circuits/dda/line.json", "circuits/dda/line_gates.json"];
 const CIRCLES: [&str; 2] = ["circuits/dda/circle.json", "circuits/dda/circle_gates.json"];

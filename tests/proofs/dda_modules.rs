@@ -1,12 +1,11 @@
 //! The modules of `circuits/lib` that the interpolators by differential increments are made of, against arithmetic and
 //! against elements.
 
-
+use crate::support::engines::{self, simulator};
+use crate::support::{Rng, folder, load, repository};
 use discreta::Input;
 use discreta::circuit::Circuit;
 use serde_json::{Value, json};
-use crate::support::engines::{self, simulator};
-use crate::support::{Rng, folder, load, repository};
 
 /// A circuit of these cells, with ports for the nets that are named.
 fn circuit(name: &str, inputs: &[(&str, u32)], outputs: &[(&str, u32)], cells: &Value) -> Circuit {

@@ -1,11 +1,10 @@
 //! The accelerated line by evaluation function, and the centred start of both lines: the circuit of registers, the
 //! circuit of gates and the algorithm agree on every clock. (The accelerated arc is in `circle_interpolator.rs`.)
 
-
-use discreta::interpolate::{EfLine, EfLineFast, EfLineFastPrinted, Interpolator, LineInput};
 use crate::support::Rng;
 use crate::support::bench::{Bench, circuit};
 use crate::support::engines;
+use discreta::interpolate::{EfLine, EfLineFast, EfLineFastPrinted, Interpolator, LineInput};
 
 /// A circuit, its parameter CENTRED if it has one, and its algorithm.
 struct Method {

@@ -1,14 +1,13 @@
 //! The speed block, the synchroniser and the whole system, beside the algorithms of `interpolate::feed`.
 
-
-use discreta::circuit::{Circuit, load_with};
-use discreta::interpolate::feed::{Generator, Margins};
-use discreta::interpolate::{ArcInput, DdaCircle, DdaLine, Interpolator, LineInput, Options};
-use serde_json::{Value, json};
 use crate::support::bench::circuit;
 use crate::support::engines::{self, simulator};
 use crate::support::feed::{self, Found, System};
 use crate::support::{Rng, folder, repository};
+use discreta::circuit::{Circuit, load_with};
+use discreta::interpolate::feed::{Generator, Margins};
+use discreta::interpolate::{ArcInput, DdaCircle, DdaLine, Interpolator, LineInput, Options};
+use serde_json::{Value, json};
 
 const SPEED_BLOCKS: [&str; 2] = ["circuits/feed/speed_block.json", "circuits/feed/speed_block_gates.json"];
 

@@ -1,14 +1,13 @@
 //! The modules of `circuits/lib`, built of gates and flip-flops, against the elements that they equal: both stand in one
 //! circuit, read the same inputs, and have to give the same outputs.
 
-
 use std::collections::HashMap;
 
-use discreta::circuit::Circuit;
-use discreta::{Input, Logic, Probe, Value};
 use crate::support::Rng;
 use crate::support::engines::{self, Sim, simulator};
 use crate::support::pairs::*;
+use discreta::circuit::Circuit;
+use discreta::{Input, Logic, Probe, Value};
 
 /// The two of a pair, running in lock-step.
 struct Bench<'c> {

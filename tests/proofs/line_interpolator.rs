@@ -2,11 +2,11 @@
 
 use crate::support;
 
+use crate::support::bench::{Bench, circuit};
+use crate::support::{Rng, folder, repository};
 use discreta::circuit::Circuit;
 use discreta::interpolate::{Columns, EfLine, LineInput};
 use serde_json::{Value, json};
-use crate::support::bench::{Bench, circuit};
-use crate::support::{Rng, folder, repository};
 
 const CIRCUITS: [&str; 2] = ["circuits/evaluation/line.json", "circuits/evaluation/line_gates.json"];
 

@@ -2,15 +2,14 @@
 //!
 //! The changes are drawn from a generator with a fixed seed, so that a failure can be had again by its number.
 
-
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
+use crate::support::Rng;
 use discreta::circuit::{Limits, Loader};
 use discreta::engine::EventEngine;
 use discreta::scenario::{Control, Scenario};
-use crate::support::Rng;
 
 /// No mutant may take longer.
 const PATIENCE: Duration = Duration::from_secs(20);

@@ -1,13 +1,12 @@
 //! Lines and arcs in all quadrants: the circuits around the interpolators of the first quadrant do what the algorithms do
 //! on every clock.
 
-
-use discreta::interpolate::{
-    ArcInput, ArcPath, Columns, EfCircle, EfCircleFast, InputError, Interpolator, Karibsky, Method, Quadrants, Request,
-};
 use crate::support::Rng;
 use crate::support::bench::{Bench, circuit};
 use crate::support::engines;
+use discreta::interpolate::{
+    ArcInput, ArcPath, Columns, EfCircle, EfCircleFast, InputError, Interpolator, Karibsky, Method, Quadrants, Request,
+};
 
 /// What makes an arc of the first quadrant.
 type Core = fn(ArcInput) -> Result<Box<dyn Interpolator>, InputError>;

@@ -1,9 +1,8 @@
 //! The lines in space: the circuits of registers, the circuits of gates and the algorithms agree on every clock.
 
-
-use discreta::interpolate::{DdaLine3d, EfLine3d, Interpolator, Line3dInput};
 use crate::support::Rng;
 use crate::support::bench::{Bench, circuit};
+use discreta::interpolate::{DdaLine3d, EfLine3d, Interpolator, Line3dInput};
 
 const EVALUATION: [&str; 2] = ["circuits/three_axis/line.json", "circuits/three_axis/line_gates.json"];
 const INCREMENTS: [&str; 2] = ["circuits/three_axis/dda_line.json", "circuits/three_axis/dda_line_gates.json"];

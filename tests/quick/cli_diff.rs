@@ -1,6 +1,5 @@
 //! `discreta diff`, and what every command has from `cli`: exit status, pipes, full disks, colours.
 
-
 use std::fs::File;
 use std::path::PathBuf;
 use std::process::Stdio;

@@ -16,7 +16,10 @@ fn check(path: &str, page: &str) {
     let found = std::fs::read_to_string(&file).unwrap_or_default();
     let line = found.lines().zip(page.lines()).position(|(a, b)| a != b);
     let line = line.unwrap_or(found.lines().count().min(page.lines().count())) + 1;
-    assert!(found == page, "{path} is not up to date from line {line} on; renew it: BLESS=1 cargo test --test quick docs");
+    assert!(
+        found == page,
+        "{path} is not up to date from line {line} on; renew it: BLESS=1 cargo test --test quick docs"
+    );
 }
 
 /// A text in a cell of a table.

@@ -3,16 +3,15 @@
 
 #![cfg(feature = "draw")]
 
-
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::PathBuf;
 
+use crate::support::schematic::{Picture, Thing};
 use discreta::cell::CellKind;
 use discreta::circuit::{Limits, Loader, load};
 use discreta::draw::{MOST, Options, Refusal, svg};
 use discreta::netlist::{CellId, Direction, Driver, Netlist, Slice};
 use discreta::{Logic, Value};
-use crate::support::schematic::{Picture, Thing};
 
 /// A bit of a net.
 type Bit = (usize, u32);
@@ -349,6 +348,9 @@ fn the_pictures_of_the_documentation_are_current() {
             std::fs::write(&path, &text).expect("the picture is written");
         }
         let found = std::fs::read_to_string(&path).unwrap_or_default();
-        assert!(found == text, "docs/pictures/{file} is not up to date; renew it: BLESS=1 cargo test --test quick draw");
+        assert!(
+            found == text,
+            "docs/pictures/{file} is not up to date; renew it: BLESS=1 cargo test --test quick draw"
+        );
     }
 }

@@ -16,6 +16,7 @@ mod hierarchy;
 mod machine;
 mod plot;
 mod readme;
+mod rooms;
 mod save;
 mod stats;
 mod traces;

@@ -207,7 +207,10 @@ fn the_pictures_of_the_documentation_are_current() {
             std::fs::write(&path, &picture).unwrap();
         }
         let found = std::fs::read_to_string(&path).unwrap_or_default();
-        assert!(found == picture, "docs/pictures/{file} is not up to date; renew it: BLESS=1 cargo test --test quick plot");
+        assert!(
+            found == picture,
+            "docs/pictures/{file} is not up to date; renew it: BLESS=1 cargo test --test quick plot"
+        );
     }
 }
 

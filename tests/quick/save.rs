@@ -1,12 +1,11 @@
 //! `run --save`: what GTKWave and Surfer are told of a waveform; and that viewers can read every waveform that is shipped.
 
-
 use std::path::Path;
 use std::process::Command;
 
+use crate::support::program::run;
 use discreta::wave::read::Waves;
 use needs::needs;
-use crate::support::program::run;
 
 /// Runs a circuit into a folder, with its files for the viewers.
 fn saved(circuit: &str, folder: &Path, waveform: &str) -> (String, String) {

@@ -1,12 +1,11 @@
 //! What `Stats` counts, against what one counts by hand: the circuits of `circuits/lib`, whose gates one can add up, and
 //! small ones for each definition.
 
-
+use crate::support::{folder, load, repository};
 use discreta::cell::{CellKind, Edge, GateOp, Parts, elements};
 use discreta::netlist::depth::{End, Level};
 use discreta::netlist::{Builder, Netlist, Stats};
 use serde_json::{Value, json};
-use crate::support::{folder, load, repository};
 
 /// A module of the library, with parameters, as the one cell of a circuit.
 fn library(module: &str, parameters: &Value, inputs: &[(&str, u64)], outputs: &[(&str, u64)]) -> Netlist {

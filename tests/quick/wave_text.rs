@@ -1,10 +1,9 @@
 //! `discreta wave`: waveforms as text, as a user sees them.
 
-
 use std::path::Path;
 
-use discreta::wave::read::{ValueKind, Waves};
 use crate::support::program::{command, run};
+use discreta::wave::read::{ValueKind, Waves};
 
 const COUNTER: &str = "tests/waves/counter.vcd";
 

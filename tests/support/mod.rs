@@ -7,12 +7,12 @@ pub mod engines;
 pub mod feed;
 pub mod pairs;
 pub mod program;
+pub mod proofs;
 pub mod random_verilog;
 pub mod replays;
-pub mod schematic;
-pub mod proofs;
 pub mod rng;
 pub mod runs;
+pub mod schematic;
 pub mod tool;
 
 use std::path::{Path, PathBuf};

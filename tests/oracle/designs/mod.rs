@@ -1,7 +1,6 @@
 //! Whole designs, our own Verilog below `tests/verilog`: as Icarus Verilog runs the source, so discreta runs what Yosys
 //! makes of it at every level, words and gates, on every net that both have, at every time.
 
-
 pub mod catalogue;
 pub mod compare;
 pub mod harness;

@@ -1,7 +1,6 @@
 //! Every element against sources other than its own code: Icarus Verilog, the tables of its documentation, and
 //! arithmetic done here.
 
-
 mod combinational;
 mod documentation;
 mod icarus;

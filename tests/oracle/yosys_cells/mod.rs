@@ -2,7 +2,6 @@
 //! model of the cell. `models.v` holds models of those cells of which the installed library has none, or none that is
 //! four-valued or right; it says why.
 
-
 mod batch;
 mod gates;
 mod memory;

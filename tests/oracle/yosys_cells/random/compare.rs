@@ -9,8 +9,8 @@ use discreta::Value;
 
 use super::design::Design;
 use super::generate::FRAME;
-use crate::yosys_cells::batch::{OWN, library};
 use crate::support::engines::{Sim, simulator};
+use crate::yosys_cells::batch::{OWN, library};
 
 /// Units of time that the bench takes before the first tick, to give all state its first value.
 const WARM: u64 = 10;

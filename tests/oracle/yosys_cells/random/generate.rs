@@ -4,8 +4,8 @@ use discreta::cell::Clock;
 use discreta::{Logic, Value};
 
 use super::design::{Bit, Design, Input, Item};
-use crate::yosys_cells::batch::Cell;
 use crate::support::Rng;
+use crate::yosys_cells::batch::Cell;
 use crate::yosys_cells::{gates, storage, word};
 
 /// Ticks of a frame. Clocks change at its first tick, the data inputs at `DATA`, one control at each tick from `CONTROLS`
