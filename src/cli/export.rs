@@ -62,7 +62,7 @@ fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
         Some(stem) if testbench.as_os_str() != "-" => format!("{}.vcd", stem.to_string_lossy()),
         _ => format!("{}.vcd", circuit.netlist.scopes()[0].name),
     };
-    let design = verilog::Design::of(&circuit.netlist);
+    let design = verilog::Design::under(&circuit.netlist, &scenario);
     let bench = Bench { design: &design, scenario: &scenario, dump: &dump };
     let bench = bench.write().map_err(|refused| CliError::usage(refused.to_string()))?;
     let design = design.text();

@@ -10,6 +10,7 @@ use std::fmt::Write as _;
 use super::Refused;
 use super::design::{Design, bench_timescale};
 use super::names::{Taken, identifier};
+use super::start::rounds;
 use super::storage::clocks;
 use super::text::{literal, range};
 use crate::cell::CellKind;
@@ -26,9 +27,6 @@ pub struct Bench<'a> {
     /// The file that the waveform goes to.
     pub dump: &'a str,
 }
-
-/// Rounds of nonblocking assignments that one wave is given at most.
-const MOST_ROUNDS: usize = 1000;
 
 impl Bench<'_> {
     /// The module.
@@ -100,7 +98,7 @@ impl Bench<'_> {
             let _ = write!(text, "            {name} <= 1'b1;\n            #{} {name} <= 1'b0;\n", c.high);
             let _ = write!(text, "            #{};\n        end\n    end\n", c.period - c.high);
         }
-        let rounds = (netlist.cells().iter().filter(|c| c.kind.init().is_some()).count() + 4).min(MOST_ROUNDS);
+        let rounds = rounds(netlist);
         let round = identifier(&taken.fresh(&[0], "round"));
         let settle = identifier(&taken.fresh(&[0], "settle"));
         let _ = writeln!(text, "\n    // waits at one time until all that is clocked has changed");

@@ -1,5 +1,6 @@
 //! What stands in a module: ports, wires, what is one wire by two names, cells, instances, blocks.
 
+use super::design::STARTED;
 use super::names::{Taken, identifier};
 use super::text::range;
 use super::writer::Writer;
@@ -40,7 +41,13 @@ impl Writer<'_> {
             }
         }
         self.indent = 4;
+        let head = self.text.len();
         self.block(0, &variables);
+        if let Some(started) = self.started.clone() {
+            let name = self.fresh(0, "start");
+            let text = format!("    wire {started};\n    {STARTED} {name} (.started({started}));\n");
+            self.text.insert_str(head, &text);
+        }
         self.indent = 0;
         self.line("endmodule");
     }

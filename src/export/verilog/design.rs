@@ -5,9 +5,10 @@ use std::fmt::Write as _;
 
 use super::names::{Taken, identifier};
 use super::writer::Writer;
-use super::{feedback, storage};
+use super::{feedback, start, storage};
 use crate::netlist::Netlist;
 use crate::netlist::hierarchy::Hierarchy;
+use crate::scenario::Scenario;
 
 /// A netlist as Verilog, and what is called how in it.
 #[derive(Debug)]
@@ -21,10 +22,16 @@ pub struct Design<'n> {
 }
 
 impl<'n> Design<'n> {
-    /// Writes a netlist.
+    /// Writes a netlist, whose inputs begin with 0.
     #[must_use]
     pub fn of(netlist: &'n Netlist) -> Design<'n> {
-        written(netlist)
+        written(netlist, None)
+    }
+
+    /// Writes a netlist to which this will happen.
+    #[must_use]
+    pub fn under(netlist: &'n Netlist, scenario: &Scenario) -> Design<'n> {
+        written(netlist, Some(scenario))
     }
 
     /// The file.
@@ -42,7 +49,7 @@ pub(super) struct Identifiers {
     pub instances: Vec<String>,
 }
 
-fn written(netlist: &Netlist) -> Design<'_> {
+fn written<'n>(netlist: &'n Netlist, scenario: Option<&Scenario>) -> Design<'n> {
     let hierarchy = Hierarchy::of(netlist);
     let mut used = BTreeSet::new();
     let mut names = Taken::default();
@@ -50,11 +57,13 @@ fn written(netlist: &Netlist) -> Design<'_> {
         hierarchy.modules().iter().map(|m| names.fresh(&[0], &super::names::readable(&m.name))).collect();
     let circular = feedback::wires(netlist, &hierarchy);
     let clocks = storage::clocks(netlist);
+    let waiting = start::waiting(netlist, &hierarchy, scenario);
     let mut identifiers = Vec::new();
     let bodies: Vec<String> = (0..modules.len())
         .map(|m| {
             let mut writer = Writer::new(netlist, &hierarchy, &modules, &clocks, m);
             writer.circular.clone_from(&circular[m]);
+            writer.waits = waiting[m];
             writer.module();
             used.append(&mut writer.support);
             let Writer { wires, blocks, instances, text, .. } = writer;
@@ -69,8 +78,13 @@ fn written(netlist: &Netlist) -> Design<'_> {
         text.push('\n');
         text += &body;
     }
+    if ["discreta_register", "discreta_edge_register", "discreta_counter"].iter().any(|m| used.contains(m)) {
+        used.insert(STARTED);
+    }
     for module in used {
-        let _ = write!(text, "\n{}\n", support(module).trim_end());
+        let text_of =
+            support(module).trim_end().replace("ROUNDS = 4", &format!("ROUNDS = {}", start::rounds(netlist) - 2));
+        let _ = write!(text, "\n{text_of}\n");
     }
     let modules = modules.iter().map(|m| identifier(m)).collect();
     Design { netlist, text, hierarchy, modules, names: identifiers }
@@ -83,6 +97,9 @@ fn names_of(modules: &[String]) -> &str {
 pub(super) fn bench_timescale(netlist: &Netlist) -> String {
     netlist.timescale().to_string()
 }
+
+/// The module that says when the circuit has first settled.
+pub(super) const STARTED: &str = "discreta_started";
 
 /// A module of `support.v`.
 fn support(name: &str) -> &'static str {

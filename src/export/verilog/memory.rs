@@ -386,6 +386,9 @@ impl Parts<'_> {
                 statements.push(format!("{touched} <= ~{touched};"));
             }
             let event = events[ports[0]].clone().unwrap_or_default();
+            if let Some(started) = w.started() {
+                statements = vec![format!("if ({started}) {}", block(&statements))];
+            }
             statements.splice(0..0, (0..wait).map(|_| "#0;".to_owned()));
             w.line(format!("always @({event})\n{}", indented(&block(&statements))));
         }
@@ -477,6 +480,8 @@ impl Parts<'_> {
         rules.extend(is_reset.map(|name| (true, format!("if ({name}) {q} <= {};", literal(&spec.arst_value)))));
         let mut waits = 0;
         if let Some(event) = &event {
+            let started = w.started();
+            rules.extend(started.map(|s| (true, format!("if (!{s}) {q} <= {q};"))));
             let (enable, clear) = (pin(self.cell, RD_EN, port, 1), pin(self.cell, RD_SRST, port, 1));
             let mut when = always().and(w, &clear);
             if spec.enable_first {

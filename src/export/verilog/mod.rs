@@ -10,6 +10,7 @@ mod design;
 mod feedback;
 mod memory;
 mod names;
+mod start;
 mod storage;
 mod text;
 mod writer;

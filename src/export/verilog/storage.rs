@@ -280,6 +280,7 @@ fn always(w: &mut Writer<'_>, cell: &Cell, kind: &CellKind, name: &str) {
     {
         w.line(format!("initial {q} = {};", literal(init)));
     }
+    let started = if kind.edge().is_some() { w.started() } else { None };
     let input = |pin: usize| w.input(cell, pin);
     let on = |pin: usize| !is_never(&cell.inputs[pin]);
     // of a control that is always on, no condition
@@ -291,6 +292,8 @@ fn always(w: &mut Writer<'_>, cell: &Cell, kind: &CellKind, name: &str) {
             rules.push((Some(input(pin)), to));
         }
     };
+    // until the circuit has first settled its clock makes no edge
+    let hold = |rules: &mut Rules| rules.extend(started.iter().map(|s| (Some(format!("!{s}")), q.clone())));
     let mut rules = Rules::new();
     let mut controls = Vec::new();
     let mut level = false;
@@ -310,6 +313,7 @@ fn always(w: &mut Writer<'_>, cell: &Cell, kind: &CellKind, name: &str) {
             controls = vec![4, 3];
             when(4, literal(&f.reset_value), &mut rules);
             when(3, literal(&f.set_value), &mut rules);
+            hold(&mut rules);
             when(7, literal(&f.reset_value), &mut rules);
             when(6, literal(&f.set_value), &mut rules);
             when(5, input(1), &mut rules);
@@ -318,11 +322,13 @@ fn always(w: &mut Writer<'_>, cell: &Cell, kind: &CellKind, name: &str) {
             controls = vec![5, 4];
             when(5, literal(&f.reset_value), &mut rules);
             when(4, literal(&f.set_value), &mut rules);
+            hold(&mut rules);
             when(6, input(1), &mut rules);
         }
         CellKind::Counter(c) => {
             controls = vec![3];
             when(3, zeros(width), &mut rules);
+            hold(&mut rules);
             when(6, input(1), &mut rules);
             when(
                 4,
@@ -333,6 +339,7 @@ fn always(w: &mut Writer<'_>, cell: &Cell, kind: &CellKind, name: &str) {
         CellKind::Accumulator(_) => {
             controls = vec![3];
             when(3, zeros(width), &mut rules);
+            hold(&mut rules);
             let ci =
                 if is_never(&cell.inputs[2]) { String::new() } else { format!(" + {}", extended(width, &input(2))) };
             when(4, format!("{q} + {}{ci}", input(1)), &mut rules);

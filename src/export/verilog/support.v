@@ -34,12 +34,15 @@ module discreta_register #(
     /* verilator lint_off MULTIDRIVEN */ // both blocks give the same while a control is active
     /* verilator lint_off SYNCASYNCNET */
     reg [WIDTH-1:0] state;
+    wire started;
+    discreta_started start (.started(started));
     assign q = state;
     initial state = INIT;
     always @(posedge clock or posedge async_load or posedge async_set or posedge async_reset)
         if (async_reset) state <= RESET_VALUE;
         else if (async_set) state <= SET_VALUE;
         else if (async_load) state <= d;
+        else if (!started) state <= state;
         else if (sync_reset) state <= RESET_VALUE;
         else if (sync_set) state <= SET_VALUE;
         else if (en) state <= d;
@@ -74,12 +77,15 @@ module discreta_edge_register #(
 );
     wire clock = clk ^ FALLING;
     reg [WIDTH-1:0] state;
+    wire started;
+    discreta_started start (.started(started));
     assign q = state;
     initial state = INIT;
     always @(posedge clock or posedge async_load or posedge async_set or posedge async_reset)
         if (async_reset) state <= RESET_VALUE;
         else if (async_set) state <= SET_VALUE;
         else if (async_load) state <= load_data;
+        else if (!started) state <= state;
         else if (en) state <= d;
 endmodule
 
@@ -120,11 +126,14 @@ module discreta_counter #(
     /* verilator lint_off MULTIDRIVEN */ // both blocks give the same while a control is active
     /* verilator lint_off SYNCASYNCNET */
     reg [WIDTH-1:0] state;
+    wire started;
+    discreta_started start (.started(started));
     assign q = state;
     initial state = INIT;
     always @(posedge clock or posedge async_load or posedge async_reset)
         if (async_reset) state <= {WIDTH{1'b0}};
         else if (async_load) state <= d;
+        else if (!started) state <= state;
         else if (load) state <= d;
         else if (en) state <= count;
 `ifndef SYNTHESIS
@@ -232,6 +241,33 @@ module discreta_rc_delay #(
             #(high_ticks) high = high_goal;
             y <= low === high ? high : 1'bx;
         end
+    end
+`endif
+endmodule
+
+
+// 1 once the circuit has first settled. What nets become until then is no edge.
+module discreta_started #(
+    /* verilator lint_off UNUSED */ // of no use where nothing settles
+    parameter ROUNDS = 4
+    /* verilator lint_on UNUSED */
+) (
+    output wire started
+);
+`ifdef SYNTHESIS
+    assign started = 1'b1;
+`elsif VERILATOR
+    assign started = 1'b1;
+`else
+    reg done = 1'b0, round = 1'b0;
+    assign started = done;
+    initial begin
+        #0;
+        repeat (ROUNDS) begin
+            round <= ~round;
+            @(round);
+        end
+        done = 1'b1;
     end
 `endif
 endmodule

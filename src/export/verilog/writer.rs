@@ -3,6 +3,7 @@
 use std::collections::{BTreeSet, HashSet};
 use std::fmt::Write as _;
 
+use super::design::STARTED;
 use super::names::{Taken, identifier};
 use super::text::{literal, range};
 use super::{feedback, memory};
@@ -36,6 +37,9 @@ pub(super) struct Writer<'h> {
     pub indent: usize,
     /// What is assigned to in place of a cell's output.
     pub instead: Option<String>,
+    /// Whether what is clocked waits until the circuit has first settled, and the wire that says so, once anything reads it.
+    pub waits: bool,
+    pub started: Option<String>,
     /// The modules of `support.v` that are needed.
     pub support: BTreeSet<&'static str>,
 }
@@ -67,6 +71,8 @@ impl<'h> Writer<'h> {
             text: String::new(),
             indent: 0,
             instead: None,
+            waits: false,
+            started: None,
             support: BTreeSet::new(),
         };
         // signals keep their names; others give way
@@ -291,6 +297,15 @@ impl<'h> Writer<'h> {
         self.line("/* verilator lint_off UNUSED */ // some of it is not needed");
         self.line(declaration);
         self.line("/* verilator lint_on UNUSED */");
+    }
+
+    /// What is 1 once the circuit has first settled, where that has to be waited for.
+    pub fn started(&mut self) -> Option<String> {
+        if self.waits && self.started.is_none() {
+            self.support.insert(STARTED);
+            self.started = Some(self.fresh(0, "started"));
+        }
+        self.started.clone()
     }
 
     /// The kind of a cell.
