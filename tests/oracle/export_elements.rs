@@ -343,7 +343,10 @@ fn run_on_icarus_as_here(place: &str, draw: fn(&mut Rng) -> Drawn) {
         writeln!(bench, "  cells cells ({});", connections.join(", ")).unwrap();
         writeln!(bench, "  reg [{}:0] v [0:{}]; integer n, f; reg r = 0;", total - 1, VECTORS - 1).unwrap();
         writeln!(bench, "  initial begin\n    $readmemb(\"{round}.in\", v); f = $fopen(\"{round}.out\");").unwrap();
-        writeln!(bench, "    #0;\n    for (n = 0; n < {VECTORS}; n = n + 1) begin").unwrap();
+        // the first vector comes when all has settled without any
+        let settled = netlist.cells().iter().filter(|c| c.kind.init().is_some()).count() + 4;
+        writeln!(bench, "    #0;\n    repeat ({settled}) begin r <= ~r; @(r); end").unwrap();
+        writeln!(bench, "    for (n = 0; n < {VECTORS}; n = n + 1) begin").unwrap();
         writeln!(bench, "      {{{}}} = v[n]; #{};", list(&ins), SPACING - 1).unwrap();
         // with what changes at that tick itself
         writeln!(bench, "      repeat (4) begin r <= ~r; @(r); end").unwrap();
