@@ -66,7 +66,7 @@ fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
     let bench = Bench { design: &design, scenario: &scenario, dump: &dump };
     let bench = bench.write().map_err(|refused| CliError::usage(refused.to_string()))?;
     let design = design.text();
-    if *testbench == args.output {
+    if crate::files::resolved(testbench) == crate::files::resolved(&args.output) {
         write(&args.output, &format!("{design}\n{bench}"), out)?;
     } else {
         write(&args.output, design, out)?;

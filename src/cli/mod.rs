@@ -77,6 +77,7 @@ pub fn main() -> ExitCode {
             };
         }
     };
+    crate::files::watch();
     let mut out = Out::stdout();
     let result = dispatch(&cli.command, &mut out).and_then(|status| {
         out.flush()?;

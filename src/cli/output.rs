@@ -12,18 +12,28 @@ use super::CliError;
 /// An error of it is a [`CliError::Stdout`], which tells a closed pipe from a full disk.
 pub struct Out {
     to: Box<dyn Write>,
+    /// Whether nothing was written yet.
+    untouched: bool,
 }
 
 impl Out {
     /// Standard output.
     #[must_use]
     pub fn stdout() -> Out {
-        Out { to: Box::new(BufWriter::new(anstream::stdout())) }
+        Out { to: Box::new(BufWriter::new(anstream::stdout())), untouched: true }
     }
 
     /// Any other place, for tests.
     pub fn new(to: impl Write + 'static) -> Out {
-        Out { to: Box::new(to) }
+        Out { to: Box::new(to), untouched: false }
+    }
+
+    /// What is written now must not go where the command reads.
+    fn begin(&mut self) -> Result<(), CliError> {
+        if std::mem::take(&mut self.untouched) {
+            crate::files::writes_stdout().map_err(CliError::stdout)?;
+        }
+        Ok(())
     }
 
     /// Writes text, as `write!` and `writeln!` do.
@@ -31,6 +41,7 @@ impl Out {
     /// # Errors
     /// It cannot be written.
     pub fn write_fmt(&mut self, text: fmt::Arguments<'_>) -> Result<(), CliError> {
+        self.begin()?;
         self.to.write_fmt(text).map_err(CliError::stdout)
     }
 
@@ -39,6 +50,7 @@ impl Out {
     /// # Errors
     /// They cannot be written.
     pub fn bytes(&mut self, bytes: &[u8]) -> Result<(), CliError> {
+        self.begin()?;
         self.to.write_all(bytes).map_err(CliError::stdout)
     }
 
@@ -47,6 +59,7 @@ impl Out {
     /// # Errors
     /// It cannot be written.
     pub fn json(&mut self, value: &impl Serialize) -> Result<(), CliError> {
+        self.begin()?;
         serde_json::to_writer_pretty(&mut self.to, value).map_err(|error| CliError::stdout(error.into()))?;
         self.bytes(b"\n")
     }

@@ -1,7 +1,7 @@
 //! `discreta sweep`: a circuit for every combination of values of some inputs, and the parts of such a sweep joined.
 
 use std::fmt::Write as _;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufRead, BufReader, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -13,8 +13,8 @@ use super::run::{faults, loader};
 use super::{CliError, Out, Status, interrupt};
 use crate::engine::batch::vectors;
 use crate::netlist::{Direction, NetId, SignalId};
+use crate::sweep::part::{self, Digest, Part, Rows};
 use crate::sweep::run::Statistics;
-use crate::sweep::table::{self, Part};
 use crate::sweep::{Against, Form, Over, Plan, Sweep, SweepError, Table};
 use crate::wave::output::{Destination, Output};
 
@@ -97,11 +97,14 @@ fn sweep(args: &SweepArgs, path: &Path, out: &mut Out) -> Result<Status, CliErro
     };
     let sweep = Sweep { netlist, scenario, nets, plan, outputs, against, threads: args.threads.into(), lanes: 0 };
     let clock = scenario.clocks.first().map(|c| c.clock);
+    let inputs = swept.iter().map(|&s| (netlist.signal(s).width, netlist.signal(s).signed)).collect();
     let table = Table::new(netlist, &sweep.plan, swept, sweep.outputs.clone(), clock, sweep.against.is_some(), form);
     let columns = table.columns();
     let part = Part {
         circuit: path.display().to_string(),
         over: args.over.iter().map(Over::to_string).collect(),
+        inputs,
+        sample: args.sample.map(|count| (count, args.seed)),
         id: identity(args, &prepared, &columns),
         form,
         rows: [sweep.plan.rows.start, sweep.plan.rows.end, sweep.plan.total()],
@@ -109,9 +112,9 @@ fn sweep(args: &SweepArgs, path: &Path, out: &mut Out) -> Result<Status, CliErro
 
     let mut tally = Tally { form, swept: args.over.len(), compared: args.against.is_some(), ..Tally::default() };
     let mut results = match &args.output {
-        Some(file) => Results::file(file, &part, args.resume, &mut tally)?,
+        Some(file) => Results::file(file, &part, &columns, args.resume, &mut tally)?,
         None => {
-            out.write_fmt(format_args!("{}", table::head(&Part { rows: [0; 3], ..part.clone() }, &columns)))?;
+            out.write_fmt(format_args!("{}", part::head(&Part { rows: [0; 3], ..part.clone() }, &columns)))?;
             Results::Stdout
         }
     };
@@ -181,18 +184,9 @@ fn form_of(file: &Path) -> Result<Form, CliError> {
     }
 }
 
-/// What tells a sweep from another: its circuit, its scenario, its values, its columns. FNV-1a.
+/// What tells a sweep from another: its circuit, its scenario, its values, its columns.
 fn identity(args: &SweepArgs, prepared: &Prepared, columns: &[String]) -> String {
-    struct Hash(u64);
-    impl std::fmt::Write for Hash {
-        fn write_str(&mut self, text: &str) -> std::fmt::Result {
-            for byte in text.bytes() {
-                self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
-            }
-            Ok(())
-        }
-    }
-    let mut hash = Hash(0xcbf2_9ce4_8422_2325);
+    let mut hash = Digest::default();
     let Prepared { circuit, scenario, .. } = prepared;
     let over: Vec<String> = args.over.iter().map(Over::to_string).collect();
     let sample = args.sample.map(|n| (n, args.seed));
@@ -209,7 +203,7 @@ fn identity(args: &SweepArgs, prepared: &Prepared, columns: &[String]) -> String
     }
     let crate::scenario::Scenario { clocks, inputs, stimulus, until, limit, limit_given, .. } = scenario;
     let _ = write!(hash, "{clocks:?} {inputs:?} {stimulus:?} {until:?} {limit} {limit_given}");
-    format!("{:016x}", hash.0)
+    hash.text()
 }
 
 /// How the runs ended, by their rows.
@@ -360,16 +354,54 @@ fn cannot(what: &str, path: &Path, source: io::Error) -> CliError {
     CliError::Io { message: format!("cannot {what} `{}`", path.display()), source }
 }
 
+/// Opens the file in which rows wait, which no other sweep may have open: two would mix their rows.
+fn alone(path: &Path, output: &Path) -> Result<File, CliError> {
+    let fail = |e| cannot("write", path, e);
+    crate::files::writes(path).map_err(fail)?;
+    loop {
+        let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(fail)?;
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                let message = format!("cannot write `{}`: another sweep is writing it", output.display());
+                return Err(CliError::usage(message).with_hint("wait for that, or name another file"));
+            }
+            // where files cannot be locked nothing can be known
+            Err(TryLockError::Error(_)) => return Ok(file),
+            Ok(()) => {}
+        }
+        // the other sweep may have ended, and taken its file away, since this one opened it
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::MetadataExt;
+            let number = |m: fs::Metadata| (m.dev(), m.ino());
+            if fs::metadata(path).map(number).ok() != file.metadata().map(number).ok() {
+                continue;
+            }
+        }
+        return Ok(file);
+    }
+}
+
 impl Results {
     /// Begins a file of rows, or goes on with it.
-    fn file(output: &Path, part: &Part, resume: bool, tally: &mut Tally) -> Result<Results, CliError> {
+    fn file(
+        output: &Path,
+        part: &Part,
+        columns: &[String],
+        resume: bool,
+        tally: &mut Tally,
+    ) -> Result<Results, CliError> {
         // that it can be written is to be known before the work
-        drop(Output::create(output)?);
+        Output::check(output)?;
         let path = waiting(output);
+        let there = resume && path.exists();
+        let mut file = alone(&path, output)?;
         let line = serde_json::json!(part).to_string();
         let fail = |e| cannot("write", &path, e);
-        if resume && path.exists() {
-            let mut file = OpenOptions::new().read(true).write(true).open(&path).map_err(fail)?;
+        if there {
+            let names = columns.iter().map(|name| part::field(part.form, name)).collect::<Vec<_>>().join(",");
+            let names = if part.form == Form::Json { format!("[{names}]") } else { names };
+            let rows = Rows::of(part, &names).map_err(CliError::usage)?;
             let mut lines = BufReader::new(&mut file);
             let (mut whole, mut text) = (0u64, String::new());
             let other = || {
@@ -386,7 +418,15 @@ impl Results {
                     true if row != line => return Err(other()),
                     true => {}
                     false if tally.rows == part.rows[1] - part.rows[0] => return Err(other()),
-                    false => tally.add(part.rows[0] + tally.rows, row),
+                    false => {
+                        let number = part.rows[0] + tally.rows;
+                        rows.check(number, row).map_err(|why| {
+                            let line = tally.rows + 2;
+                            CliError::usage(format!("`{}`, line {line}: {why}", path.display()))
+                                .with_hint("remove it, or leave --resume out to begin anew")
+                        })?;
+                        tally.add(number, row);
+                    }
                 }
             }
             if whole == 0 {
@@ -396,7 +436,8 @@ impl Results {
             file.seek(io::SeekFrom::End(0)).map_err(fail)?;
             return Ok(Results::File { output: output.to_owned(), part: path, rows: BufWriter::new(file) });
         }
-        let mut rows = BufWriter::new(File::create(&path).map_err(fail)?);
+        file.set_len(0).map_err(fail)?;
+        let mut rows = BufWriter::new(file);
         writeln!(rows, "{line}").map_err(fail)?;
         rows.flush().map_err(fail)?;
         Ok(Results::File { output: output.to_owned(), part: path, rows })
@@ -438,24 +479,25 @@ impl Results {
     /// All rows are there.
     fn finish(&mut self, what: &Part, columns: &[String], out: &mut Out) -> Result<(), CliError> {
         self.flush().map_err(|e| cannot("write", &self.path(), e))?;
-        let Results::File { output, part, .. } = self else { return out.flush() };
-        let reading = |e| cannot("read", part, e);
-        let mut lines = BufReader::new(File::open(&*part).map_err(reading)?).lines();
+        let Results::File { output, part: waiting, .. } = self else { return out.flush() };
+        let reading = |e| cannot("read", waiting, e);
+        let mut lines = BufReader::new(File::open(&*waiting).map_err(reading)?).lines();
         lines.next();
         let mut to = BufWriter::new(Output::create(output)?);
-        to.write_all(table::head(what, columns).as_bytes())?;
-        let mut any = false;
+        to.write_all(part::head(what, columns).as_bytes())?;
+        let (mut any, mut digest) = (false, Digest::default());
         for line in lines {
             let line = line.map_err(reading)?;
             if any {
-                to.write_all(table::between(what.form).as_bytes())?;
+                to.write_all(part::between(what.form).as_bytes())?;
             }
             to.write_all(line.as_bytes())?;
+            digest.line(&line);
             any = true;
         }
-        to.write_all(table::tail(what.form, any).as_bytes())?;
+        to.write_all(part::tail(what, any, &digest).as_bytes())?;
         complete(to)?;
-        fs::remove_file(&*part).map_err(|e| cannot("remove", part, e))
+        fs::remove_file(&*waiting).map_err(|e| cannot("remove", waiting, e))
     }
 }
 
@@ -468,14 +510,18 @@ fn complete(to: BufWriter<Output>) -> Result<(), CliError> {
 fn join(args: &SweepArgs, out: &mut Out) -> Result<Status, CliError> {
     let mut texts = Vec::new();
     for path in &args.join {
+        crate::files::reads(path);
         texts.push(fs::read_to_string(path).map_err(|e| cannot("read", path, e))?);
     }
     let fault = |number: usize, why: String| CliError::usage(format!("`{}`: {why}", args.join[number].display()));
     let mut parts = Vec::new();
     for (number, text) in texts.iter().enumerate() {
-        parts.push(table::read(text).map_err(|why| fault(number, why))?);
+        parts.push(part::read(text).map_err(|(line, why)| match line {
+            Some(line) => CliError::usage(format!("`{}`, line {line}: {why}", args.join[number].display())),
+            None => fault(number, why),
+        })?);
     }
-    let parts = table::order(parts).map_err(|(number, why)| fault(number, why))?;
+    let parts = part::order(parts).map_err(|(number, why)| fault(number, why))?;
     let first = &parts[0];
     if let Some(file) = &args.output
         && form_of(file)? != first.part.form
@@ -487,7 +533,7 @@ fn join(args: &SweepArgs, out: &mut Out) -> Result<Status, CliError> {
     let whole = Part { rows: [0, total, total], ..first.part.clone() };
     let head = match whole.form {
         Form::Csv => format!("{}\n", first.columns),
-        Form::Json => table::head_of(&whole, first.columns),
+        Form::Json => part::head_of(&whole, first.columns),
     };
     let mut write = |text: &str, to: &mut Option<BufWriter<Output>>| -> Result<(), CliError> {
         match to {
@@ -500,15 +546,16 @@ fn join(args: &SweepArgs, out: &mut Out) -> Result<Status, CliError> {
         None => None,
     };
     write(&head, &mut to)?;
-    let mut any = false;
+    let (mut any, mut digest) = (false, Digest::default());
     for line in parts.iter().flat_map(|p| &p.lines) {
         if any {
-            write(table::between(whole.form), &mut to)?;
+            write(part::between(whole.form), &mut to)?;
         }
         write(line, &mut to)?;
+        digest.line(line);
         any = true;
     }
-    write(table::tail(whole.form, any), &mut to)?;
+    write(&part::tail(&whole, any, &digest), &mut to)?;
     if let (Some(to), Some(file)) = (to, &args.output) {
         complete(to)?;
         out.write_fmt(format_args!("{total} runs of {} parts\nwrote {}\n", parts.len(), file.display()))?;

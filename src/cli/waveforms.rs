@@ -17,22 +17,14 @@ pub(super) struct Place {
 /// The places, each once.
 ///
 /// # Errors
-/// One that asks for another format, or is what the run reads.
+/// One that asks for another format.
 pub(super) fn places(args: &RunArgs) -> Result<Vec<Place>, CliError> {
     let mut places: Vec<Place> = Vec::new();
-    let inputs = [("circuit", Some(&args.circuit)), ("stimulus", args.wave.stimulus.as_ref())];
     for path in &args.output {
         if places.iter().any(|place| place.path == *path) {
             continue;
         }
         let cannot = |why: &str| CliError::usage(format!("cannot write `{}`: {why}", path.display()));
-        for (what, input) in &inputs {
-            let input = input.and_then(|input| input.canonicalize().ok());
-            if input.is_some() && path.canonicalize().ok() == input {
-                let cannot = cannot(&format!("it is the {what} itself"));
-                return Err(cannot.with_hint("name another file, ending in .vcd or .fst"));
-            }
-        }
         let kind = match Kind::of(path) {
             Some(kind) => kind,
             None if is_special(path) => Kind::Vcd,

@@ -4,9 +4,11 @@
 //! engines and no waveforms.
 
 pub mod cell;
+pub mod files;
 pub mod guard;
 pub mod netlist;
 pub mod random;
+pub mod safe;
 mod timescale;
 pub mod value;
 

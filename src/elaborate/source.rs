@@ -24,6 +24,7 @@ pub fn read_file(path: &Path, limits: &Limits, sources: &mut Sources) -> Result<
     if size > limit {
         return Err(too_large(&format!("{size} bytes")));
     }
+    crate::files::reads(path);
     let file = File::open(path).map_err(|e| failed(path, &e))?;
     let mut bytes = Vec::with_capacity(size as usize);
     // The size may be wrong (as in /proc) or grow.

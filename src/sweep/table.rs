@@ -1,18 +1,16 @@
-//! Rows as CSV and JSON, and the parts of a sweep put together.
-//!
-//! Every row is one line, whatever the form, so that a part of a sweep can be read back, gone on with, and joined
-//! to others without a look at what is in it.
+//! Rows as CSV and JSON: one line each, whatever the form.
 
 use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Value as Json, json};
+use serde_json::Value as Json;
 
 use super::plan::Plan;
 use super::run::{Ended, Row, Shown, Verdict};
 use crate::Value;
 use crate::cell::Clock;
 use crate::netlist::{Netlist, SignalId};
+use crate::value::Word;
 
 /// How results are written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
@@ -24,24 +22,6 @@ pub enum Form {
     /// One object: what the sweep is, the names of the columns, an array a row.
     Json,
 }
-
-/// What a file of results is a part of. The first line of a part.
-#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
-pub struct Part {
-    /// The circuit file.
-    pub circuit: String,
-    /// What was swept, as it was asked for.
-    pub over: Vec<String>,
-    /// What circuit and options come to, in short: parts of one sweep have the same.
-    pub id: String,
-    /// The form of the rows.
-    pub form: Form,
-    /// The first row, the one after the last, and how many the whole sweep has.
-    pub rows: [u64; 3],
-}
-
-/// What stands before the description of a part in CSV.
-const MARK: &str = "# discreta sweep ";
 
 /// Makes rows into text.
 pub struct Table<'a> {
@@ -92,10 +72,9 @@ impl<'a> Table<'a> {
             line.push('[');
         }
         for (signal, value) in self.swept.iter().zip(self.plan.values(row.number)) {
-            let width = self.netlist.signal(*signal).width;
-            let shown =
-                if value.u == 0 { Shown::Number(value.v) } else { Shown::Value(Value::from_words(&[value], width)) };
-            self.shown(&mut line, *signal, &shown);
+            let signal = self.netlist.signal(*signal);
+            line.push_str(&swept(self.form, value, signal.width, signal.signed));
+            line.push(',');
         }
         self.text(
             &mut line,
@@ -134,11 +113,7 @@ impl<'a> Table<'a> {
     fn shown(&self, line: &mut String, signal: SignalId, value: &Shown) {
         let signal = self.netlist.signal(signal);
         match *value {
-            Shown::Number(n) if signal.signed => {
-                let unused = 64 - signal.width.min(64);
-                let _ = write!(line, "{},", ((n << unused) as i64) >> unused);
-            }
-            Shown::Number(n) => _ = write!(line, "{n},"),
+            Shown::Number(n) => _ = write!(line, "{},", number(n, signal.width, signal.signed)),
             Shown::Value(ref value) => self.text(line, &value.to_string()),
         }
     }
@@ -149,116 +124,26 @@ impl<'a> Table<'a> {
     }
 }
 
+/// A swept value as it stands in a row.
+pub(super) fn swept(form: Form, value: Word, width: u32, signed: bool) -> String {
+    match value.u {
+        0 => number(value.v, width, signed),
+        _ => field(form, &Value::from_words(&[value], width).to_string()),
+    }
+}
+
+/// A number of at most 64 bits as people read it.
+fn number(n: u64, width: u32, signed: bool) -> String {
+    let unused = 64 - width.min(64);
+    if signed { (((n << unused) as i64) >> unused).to_string() } else { n.to_string() }
+}
+
 /// A text as it stands in a row.
-fn field(form: Form, text: &str) -> String {
+#[must_use]
+pub fn field(form: Form, text: &str) -> String {
     match form {
         Form::Json => Json::from(text).to_string(),
         Form::Csv if text.contains(['"', ',', '\n', '\r']) => format!("\"{}\"", text.replace('"', "\"\"")),
         Form::Csv => text.to_owned(),
     }
-}
-
-/// What comes before the rows. Of a part it says which.
-#[must_use]
-pub fn head(part: &Part, columns: &[String]) -> String {
-    let whole = part.rows[0] == 0 && part.rows[1] == part.rows[2];
-    match part.form {
-        Form::Csv => {
-            let names: Vec<String> = columns.iter().map(|name| field(Form::Csv, name)).collect();
-            let mark = if whole { String::new() } else { format!("{MARK}{}\n", json!(part)) };
-            format!("{mark}{}\n", names.join(","))
-        }
-        Form::Json => head_of(part, &json!(columns).to_string()),
-    }
-}
-
-/// The same of JSON, the columns as they stand in it.
-#[must_use]
-pub fn head_of(part: &Part, columns: &str) -> String {
-    format!("{{\"sweep\":{},\n\"columns\":{columns},\n\"rows\":[\n", json!(part))
-}
-
-/// What comes between two rows, and after the last.
-#[must_use]
-pub fn between(form: Form) -> &'static str {
-    if form == Form::Json { ",\n" } else { "\n" }
-}
-
-/// What comes after all rows, of which there are some or none.
-#[must_use]
-pub fn tail(form: Form, any: bool) -> &'static str {
-    match (form, any) {
-        (Form::Json, true) => "\n]}\n",
-        (Form::Json, false) => "]}\n",
-        (Form::Csv, true) => "\n",
-        (Form::Csv, false) => "",
-    }
-}
-
-/// A part as it was read back.
-#[derive(Debug)]
-pub struct ReadPart<'t> {
-    /// What it is a part of.
-    pub part: Part,
-    /// The line of column names.
-    pub columns: &'t str,
-    /// Its rows, a line each.
-    pub lines: Vec<&'t str>,
-}
-
-/// Reads a part.
-///
-/// # Errors
-/// Why it is none.
-pub fn read(text: &str) -> Result<ReadPart<'_>, String> {
-    const NONE: &str = "this is no part of a sweep: those are written with --shard";
-    let (part, columns, lines): (Part, &str, Vec<&str>) = if let Some(rest) = text.strip_prefix(MARK) {
-        let (part, rest) = rest.split_once('\n').ok_or(NONE)?;
-        let (columns, rest) = rest.split_once('\n').ok_or("it breaks off before its columns")?;
-        (serde_json::from_str(part).map_err(|e| e.to_string())?, columns, rest.lines().collect())
-    } else {
-        let rest = text.strip_prefix("{\"sweep\":").ok_or(NONE)?;
-        let (part, rest) = rest.split_once(",\n\"columns\":").ok_or(NONE)?;
-        let (columns, rest) = rest.split_once(",\n\"rows\":[\n").ok_or(NONE)?;
-        let rows = rest.strip_suffix("]}\n").ok_or("it breaks off before its end")?;
-        let lines = rows.lines().map(|l| l.strip_suffix(',').unwrap_or(l)).collect();
-        (serde_json::from_str(part).map_err(|e| e.to_string())?, columns, lines)
-    };
-    let count = part.rows[1].checked_sub(part.rows[0]).ok_or(NONE)?;
-    if lines.len() as u64 != count {
-        return Err(format!("it has {} of its {count} rows: resume it first", lines.len()));
-    }
-    Ok(ReadPart { part, columns, lines })
-}
-
-/// Puts parts in order.
-///
-/// # Errors
-/// If they are not the parts of one sweep, or one is missing, or twice there. The number of the part and why.
-pub fn order<'t>(parts: Vec<ReadPart<'t>>) -> Result<Vec<ReadPart<'t>>, (usize, String)> {
-    let mut numbered: Vec<(usize, ReadPart<'t>)> = parts.into_iter().enumerate().collect();
-    for (number, p) in &numbered {
-        let first = &numbered[0].1;
-        if p.part.id != first.part.id || p.part.rows[2] != first.part.rows[2] || p.columns != first.columns {
-            return Err((*number, "it is of another sweep than the first".into()));
-        }
-        if p.part.form != first.part.form {
-            return Err((*number, "it is not in the form of the first".into()));
-        }
-    }
-    numbered.sort_by_key(|(_, p)| (p.part.rows[0], p.part.rows[1]));
-    let mut next = 0;
-    for (number, p) in &numbered {
-        match p.part.rows[0] {
-            at if at > next => return Err((*number, format!("the rows {next} to {} before it are missing", at - 1))),
-            at if at < next => return Err((*number, format!("its row {at} is in another part too"))),
-            _ => next = p.part.rows[1],
-        }
-    }
-    if let Some((number, p)) = numbered.last()
-        && next != p.part.rows[2]
-    {
-        return Err((*number, format!("the rows {next} to {} behind it are missing", p.part.rows[2] - 1)));
-    }
-    Ok(numbered.into_iter().map(|(_, p)| p).collect())
 }

@@ -35,7 +35,7 @@ use std::io;
 
 #[cfg(test)]
 pub(crate) use discreta_core::Value;
-pub(crate) use discreta_core::{Timescale, Unit, guard, value};
+pub(crate) use discreta_core::{Timescale, Unit, files, guard, value};
 
 use crate::value::Word;
 pub use batch::{Batch, Batches};

@@ -10,6 +10,8 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
+use crate::files;
+
 /// A [`Write`] that is told when what it was given is all.
 pub trait Destination: Write {
     /// Everything has been written: flush it and make it last.
@@ -117,7 +119,13 @@ impl Output {
         let fail = |action, source| Err(OutputError { path: path.to_owned(), action, source });
         let made = |target| Ok(Output { path: path.to_owned(), target });
         if path.as_os_str() == "-" {
+            if let Err(error) = files::writes_stdout() {
+                return fail(Action::Open, error);
+            }
             return made(Target::Stdout(io::stdout()));
+        }
+        if let Err(error) = files::writes(path) {
+            return fail(Action::Open, error);
         }
         let existing = match fs::metadata(path) {
             Ok(existing) => Some(existing),
@@ -141,6 +149,16 @@ impl Output {
             Ok(file) => made(Target::Temporary(file, target)),
             Err(error) => fail(Action::Open, error),
         }
+    }
+
+    /// Whether a place can be written to; nothing happens to it yet.
+    ///
+    /// # Errors
+    /// As those of [`create`](Output::create).
+    pub fn check(path: &Path) -> Result<(), OutputError> {
+        drop(Output::create(path)?);
+        files::gives_back(path);
+        Ok(())
     }
 
     /// The path as it was given.
@@ -287,6 +305,7 @@ impl OutputError {
             io::ErrorKind::NotADirectory => Some(format!("`{}` is not a directory", directory.display())),
             io::ErrorKind::NotSeekable => Some("FST can only go to a file; write VCD here".to_owned()),
             io::ErrorKind::IsADirectory => Some("name a file in it".to_owned()),
+            io::ErrorKind::AlreadyExists => Some("name another file".to_owned()),
             io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
                 Some("choose a place that you may write to, or `-` for standard output".to_owned())
             }

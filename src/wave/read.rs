@@ -111,6 +111,7 @@ impl Waves {
     /// It cannot be read, is not a waveform, or is damaged.
     pub fn open(path: &Path) -> Result<Waves, ReadError> {
         let fail = |fault| ReadError { path: path.to_owned(), fault };
+        crate::files::reads(path);
         let file = File::open(path).map_err(|error| fail(Fault::Io(error)))?;
         let metadata = file.metadata().map_err(|error| fail(Fault::Io(error)))?;
         // Also: a device has no end, and a pipe cannot be read twice.

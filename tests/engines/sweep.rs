@@ -332,7 +332,7 @@ fn a_sweep_goes_on_where_it_was_left() {
             text[start..start + 16].to_owned()
         };
         let head = format!(
-            r#"{{"circuit":"{LINE}","over":["dx=0..15","dy=0..15"],"id":"{id}","form":"{form}","rows":[0,256,256]}}"#
+            r#"{{"circuit":"{LINE}","over":["dx=0..15","dy=0..15"],"inputs":[[8,false],[8,false]],"id":"{id}","form":"{form}","rows":[0,256,256]}}"#
         );
         for (kept, broken) in [(0, ""), (1, "0,2,un"), (100, ""), (255, "1"), (256, "")] {
             let lines: String = rows[..kept].iter().map(|row| format!("{row}\n")).collect();
