@@ -6,9 +6,10 @@ use cranelift_frontend::FunctionBuilder;
 
 use crate::compiled::codegen::{Shared, dirty_bit};
 use crate::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::compiled::ir::places::{PlaneWord, Slot};
 use crate::compiled::ir::plan::{Chunk, Plan};
 use crate::compiled::ir::stores::Put;
-use crate::compiled::ir::stores::{Half, Store};
+use crate::compiled::ir::stores::Store;
 use crate::compiled::passes::outline::Data;
 
 /// Operations after which what is in memory is brought again.
@@ -30,9 +31,9 @@ pub(crate) struct Emit<'a, 'b> {
     /// The nodes of the chunk that are not there yet, and about how many registers each takes.
     pending: Map<Id, u32>,
     /// How many have still to read a half as it was.
-    readers: Map<Half, u32>,
+    readers: Map<PlaneWord, u32>,
     /// Halves that nobody has to read any more.
-    read: Vec<Half>,
+    read: Vec<PlaneWord>,
     stack: Vec<Id>,
 }
 
@@ -68,10 +69,10 @@ impl<'a, 'b> Emit<'a, 'b> {
         base: Value,
         chunk: &Chunk,
     ) -> Emit<'a, 'b> {
-        let mut readers: Map<Half, u32> = Map::default();
+        let mut readers: Map<PlaneWord, u32> = Map::default();
         let mut reads = |node: Id| {
-            if let Op::Load(half) = graph.op(node) {
-                *readers.entry(half).or_default() += 1;
+            if let Op::Load(plane) = graph.op(node) {
+                *readers.entry(plane).or_default() += 1;
             }
         };
         chunk.nodes.iter().for_each(|&n| graph.op(n).operands().for_each(&mut reads));
@@ -98,8 +99,8 @@ impl<'a, 'b> Emit<'a, 'b> {
     }
 
     /// Where memory begins for a half.
-    fn begin(&self, half: Half) -> Value {
-        self.moved.map_or(self.base, |(data, bases)| bases[data.base.get(&half).copied().unwrap_or_default()])
+    fn begin(&self, plane: PlaneWord) -> Value {
+        self.moved.map_or(self.base, |(data, bases)| bases[data.base.get(&plane).copied().unwrap_or_default()])
     }
 
     /// Emits all operations of a chunk.
@@ -137,12 +138,12 @@ impl<'a, 'b> Emit<'a, 'b> {
 
     /// Something that reads a node has it.
     fn has_read(&mut self, id: Id) {
-        if let Op::Load(half) = self.graph.op(id)
-            && let Some(readers) = self.readers.get_mut(&half)
+        if let Op::Load(plane) = self.graph.op(id)
+            && let Some(readers) = self.readers.get_mut(&plane)
         {
             *readers -= 1;
             if *readers == 0 {
-                self.read.push(half);
+                self.read.push(plane);
             }
         }
     }
@@ -152,16 +153,16 @@ impl<'a, 'b> Emit<'a, 'b> {
     /// values are alive at a time.
     pub fn stores(&mut self, number: u32, chunk: &Chunk, shared: Shared) -> Option<Value> {
         let mut marks = Marks::default();
-        let mut waiting: Map<Half, (usize, Value)> = Map::default();
+        let mut waiting: Map<PlaneWord, (usize, Value)> = Map::default();
         for (at, store) in chunk.stores.iter().enumerate() {
             let value = self.need(store.node);
             self.has_read(store.node);
-            waiting.insert(store.half, (at, value));
-            if self.readers.get(&store.half).is_none_or(|&readers| readers == 0) {
-                self.read.push(store.half);
+            waiting.insert(store.plane, (at, value));
+            if self.readers.get(&store.plane).is_none_or(|&readers| readers == 0) {
+                self.read.push(store.plane);
             }
-            while let Some(half) = self.read.pop() {
-                if let Some((at, value)) = waiting.remove(&half) {
+            while let Some(plane) = self.read.pop() {
+                if let Some((at, value)) = waiting.remove(&plane) {
                     self.store(number, &chunk.stores[at], value, &mut marks);
                 }
             }
@@ -177,7 +178,7 @@ impl<'a, 'b> Emit<'a, 'b> {
     }
 
     fn store(&mut self, number: u32, store: &Store, value: Value, marks: &mut Marks) {
-        let (begin, offset) = (self.begin(store.half), offset(store.half));
+        let (begin, offset) = (self.begin(store.plane), offset(store.plane));
         if store.alarm {
             marks.alarm = Some(marks.alarm.map_or(value, |a| self.builder.ins().bor(a, value)));
         }
@@ -222,15 +223,15 @@ impl<'a, 'b> Emit<'a, 'b> {
         let mut news: Vec<Value> = news.collect();
         news.sort_unstable();
         let news = news.into_iter().reduce(|a, b| self.builder.ins().bor(a, b));
-        let mut marks: Vec<(Half, Value)> = Vec::new();
+        let mut marks: Vec<(PlaneWord, Value)> = Vec::new();
         marks.extend(alarm.map(|value| (shared.alarm, value)));
         marks.extend(dirty.into_iter().map(|(word, value)| (shared.dirty + word, value)));
         marks.extend(changed.into_iter().map(|(word, value)| (shared.changed + word, value)));
         marks.sort_unstable_by_key(|m| m.0);
-        for (half, value) in marks {
-            let old = self.builder.ins().load(types::I64, trusted(), self.base, offset(half));
+        for (plane, value) in marks {
+            let old = self.builder.ins().load(types::I64, trusted(), self.base, offset(plane));
             let new = self.builder.ins().bor(old, value);
-            self.builder.ins().store(trusted(), new, self.base, offset(half));
+            self.builder.ins().store(trusted(), new, self.base, offset(plane));
         }
         news
     }
@@ -246,16 +247,16 @@ impl<'a, 'b> Emit<'a, 'b> {
         let (value, at) = if let Some(&flag) = self.flags.get(&id) {
             (self.builder.ins().uextend(types::I64, flag), u32::MAX)
         } else {
-            let half = match self.graph.op(id) {
+            let plane = match self.graph.op(id) {
                 Op::Const(n) => match self.moved.and_then(|(data, _)| data.constants.get(&id)) {
-                    Some(&half) => half,
+                    Some(&plane) => plane,
                     None => return self.builder.ins().iconst(types::I64, n as i64),
                 },
-                Op::Load(half) => half,
+                Op::Load(plane) => plane,
                 _ => self.plan.place[&id],
             };
-            let begin = self.begin(half);
-            (self.builder.ins().load(types::I64, trusted(), begin, offset(half)), self.made)
+            let begin = self.begin(plane);
+            (self.builder.ins().load(types::I64, trusted(), begin, offset(plane)), self.made)
         };
         self.values.insert(id, (value, at));
         value
@@ -309,7 +310,7 @@ impl<'a, 'b> Emit<'a, 'b> {
             }
             Op::Element { slot, index, size, plane } => {
                 let at = self.element(slot, index, size);
-                self.load_element(at, size, offset(2 * slot + u32::from(plane)))
+                self.load_element(at, size, offset(slot.plane(plane)))
             }
         };
         self.values.insert(id, (value, u32::MAX));
@@ -317,8 +318,8 @@ impl<'a, 'b> Emit<'a, 'b> {
     }
 
     /// Where an element lies, without the place of its array in memory.
-    fn element(&mut self, slot: u32, index: Id, size: u8) -> Value {
-        let (begin, index) = (self.begin(2 * slot), self.value(index));
+    fn element(&mut self, slot: Slot, index: Id, size: u8) -> Value {
+        let (begin, index) = (self.begin(slot.value()), self.value(index));
         if size == 3 {
             let bytes = self.builder.ins().ishl_imm_u(index, 4);
             return self.builder.ins().iadd(begin, bytes);
@@ -349,7 +350,7 @@ impl<'a, 'b> Emit<'a, 'b> {
         self.builder.seal_block(write);
         self.builder.switch_to_block(write);
         for (plane, new) in [(0, v), (1, u)] {
-            let offset = offset(2 * put.slot + plane);
+            let offset = offset(put.slot.value() + plane);
             let old = self.load_element(at, put.size, offset);
             let kept = self.builder.ins().band_not(old, mask);
             let new = self.builder.ins().band(new, mask);
@@ -378,6 +379,6 @@ impl<'a, 'b> Emit<'a, 'b> {
 }
 
 /// Where half a slot lies, in bytes.
-pub(crate) fn offset(half: Half) -> i32 {
-    i32::try_from(u64::from(half) * 8).expect("memory is smaller than that: the engine sees to it")
+pub(crate) fn offset(plane: PlaneWord) -> i32 {
+    i32::try_from(plane.index() * 8).expect("memory is smaller than that: the engine sees to it")
 }

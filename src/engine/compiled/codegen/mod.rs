@@ -18,8 +18,8 @@ use crate::compiled::CompileError;
 use crate::compiled::codegen::emit::{Emit, offset, trusted};
 use crate::compiled::codegen::machine::{Circle, Machine};
 use crate::compiled::ir::graph::{Graph, Map};
+use crate::compiled::ir::places::PlaneWord;
 use crate::compiled::ir::plan::{Chunk, Plan};
-use crate::compiled::ir::stores::Half;
 use crate::compiled::passes::edge::Tick;
 use crate::compiled::passes::outline::{Same, same};
 use crate::compiled::passes::split::split;
@@ -28,13 +28,13 @@ use crate::compiled::passes::split::split;
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Shared {
     /// Set to what is unknown of state that is taken to be known.
-    pub alarm: Half,
+    pub alarm: PlaneWord,
     /// A bit for each observed net.
-    pub changed: Half,
+    pub changed: PlaneWord,
     /// A bit for each settling chunk, from a new half on one for each other chunk.
-    pub dirty: Half,
+    pub dirty: PlaneWord,
     /// Where ticks write down what has changed: see `changes`.
-    pub log: Half,
+    pub log: Option<PlaneWord>,
 }
 
 /// The half and the bit that wake a chunk.
@@ -159,13 +159,13 @@ pub(crate) fn compile_circle(
     ticks: &[&Tick],
     piece: usize,
     shared: Shared,
-    mut fresh: impl FnMut() -> Half,
+    mut fresh: impl FnMut() -> PlaneWord,
 ) -> Result<Circle, CompileError> {
     let mut compiler = Compiler::new()?;
     let mut made = Vec::new();
     for (number, tick) in ticks.iter().enumerate() {
         // what it writes down it does before it stores anything
-        let whole = shared.log != 0;
+        let whole = shared.log.is_some();
         if whole && tick.chunk.nodes.len() > TRACED {
             return Err(CompileError::FunctionTooLong);
         }
@@ -194,9 +194,9 @@ fn emit_circle(
     let (header, exit) = (builder.create_block(), builder.create_block());
     let rounds = builder.append_block_param(header, types::I64);
     let left = builder.append_block_param(exit, types::I64);
-    for &(half, n) in made.iter().flatten().flat_map(|pieces| &pieces.constants) {
+    for &(plane, n) in made.iter().flatten().flat_map(|pieces| &pieces.constants) {
         let n = builder.ins().iconst(types::I64, n as i64);
-        builder.ins().store(trusted(), n, base, offset(half));
+        builder.ins().store(trusted(), n, base, offset(plane));
     }
     builder.ins().jump(header, &[most.into()]);
     builder.switch_to_block(header);
@@ -218,10 +218,12 @@ fn emit_circle(
             let mut emit = Emit::new(&tick.graph, &plan, builder, base, &tick.chunk);
             let aborts = emit.aborts(&tick.chunk);
             leave(emit.builder, aborts, number - 1);
-            if shared.log != 0 {
+            if shared.log.is_some() {
                 emit.all(&tick.chunk);
             }
-            trace::emit(&mut emit, &tick.record, shared.log);
+            if let Some(log) = shared.log {
+                trace::emit(&mut emit, &tick.record, log);
+            }
             emit.stores(0, &tick.chunk, shared)
         };
         leave(builder, news, number);
@@ -242,7 +244,7 @@ struct Pieces {
     /// The last piece after which the tick may be left as if it had not begun.
     gate: Option<usize>,
     /// What the functions want in memory.
-    constants: Vec<(Half, u64)>,
+    constants: Vec<(PlaneWord, u64)>,
 }
 
 impl Pieces {
@@ -252,7 +254,7 @@ impl Pieces {
         number: usize,
         piece: usize,
         shared: Shared,
-        mut fresh: impl FnMut() -> Half,
+        mut fresh: impl FnMut() -> PlaneWord,
     ) -> Result<Pieces, CompileError> {
         let plan = split(tick, piece, &mut fresh);
         let Same { calls, data, constants } = same(&tick.graph, &plan, fresh);
@@ -293,7 +295,7 @@ impl Pieces {
         let mut all: Option<Value> = None;
         for (at, (id, moved)) in self.calls.iter().enumerate() {
             let function = *functions.entry(*id).or_insert_with(|| module.declare_func_in_func(*id, builder.func));
-            let bases: Vec<Value> = moved.iter().map(|halves| builder.ins().iadd_imm_s(base, 8 * halves)).collect();
+            let bases: Vec<Value> = moved.iter().map(|planes| builder.ins().iadd_imm_s(base, 8 * planes)).collect();
             let call = builder.ins().call(function, &bases);
             let flags = builder.inst_results(call)[0];
             all = Some(all.map_or(flags, |all| builder.ins().bor(all, flags)));

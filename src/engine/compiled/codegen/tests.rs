@@ -1,6 +1,7 @@
 use super::*;
 use crate::compiled::ir::graph::{Id, Op};
 use crate::compiled::ir::interpreter::{Program, Random, run, run_plan, seeds};
+use crate::compiled::ir::places::Slot;
 use crate::compiled::ir::plan::Root;
 use crate::compiled::ir::record::Record;
 use crate::compiled::passes::partition::partition;
@@ -53,10 +54,10 @@ fn partitions_in_machine_code_do_what_is_interpreted() {
         let size = 10 + r.below(120);
         let p = Program::random(&mut r, size);
         let g = &p.graph;
-        let mut next = p.room() as Half;
+        let mut next = p.room() as u32;
         let mut fresh = || {
             next += 1;
-            next - 1
+            PlaneWord::at(next - 1)
         };
         let mut roots = |r: &mut Random| -> Vec<Root> {
             (0..1 + r.below(8))
@@ -64,20 +65,29 @@ fn partitions_in_machine_code_do_what_is_interpreted() {
                     let node = Id::at(r.below(g.len()));
                     let observed = (r.below(3) == 0).then(|| r.below(100) as u32);
                     let shared = r.below(2) == 0;
-                    Root { node, half: fresh(), observed, alarm: false, shared, group: None, again: false }
+                    Root {
+                        node,
+                        plane: fresh(),
+                        observed,
+                        alarm: false,
+                        shared,
+                        group: None,
+                        again: false,
+                        state: false,
+                    }
                 })
                 .collect()
         };
         let (settling, sampled) = (roots(&mut r), roots(&mut r));
         let plan = partition(g, &settling, &sampled, r.pick(&[1, 5, 30, 1000]), &mut fresh);
         plan.chunks.iter().flat_map(|c| &c.nodes).for_each(|&n| kinds[kind(g.op(n))] += 1);
-        let end = next.next_multiple_of(2);
+        let end = PlaneWord::at(next.next_multiple_of(2));
         let dirty = end + 4;
-        let shared = Shared { alarm: end, changed: end + 2, dirty, log: 0 };
+        let shared = Shared { alarm: end, changed: end + 2, dirty, log: None };
         let machine = compile(g, &plan, shared).unwrap();
         let late = plan.chunks.len() - plan.settling;
         let mut memory = p.memory(&mut r);
-        memory.resize((dirty as usize + plan.settling.div_ceil(64) + late.div_ceil(64)).next_multiple_of(2), 0);
+        memory.resize((dirty.index() + plan.settling.div_ceil(64) + late.div_ceil(64)).next_multiple_of(2), 0);
         let mut due = vec![true; plan.chunks.len()];
         for _ in 0..6 {
             let (mut interpreted, mut ran) = (memory.clone(), words(&memory));
@@ -91,8 +101,8 @@ fn partitions_in_machine_code_do_what_is_interpreted() {
                 let mut here = halves(&ran);
                 for woken in 0..plan.chunks.len() {
                     let (word, bit) = dirty_bit(plan.settling, woken as u32);
-                    due[woken] |= here[(dirty + word) as usize] & bit != 0;
-                    here[(dirty + word) as usize] &= !bit;
+                    due[woken] |= here[(dirty + word).index()] & bit != 0;
+                    here[(dirty + word).index()] &= !bit;
                 }
                 ran = words(&here);
             }
@@ -100,8 +110,8 @@ fn partitions_in_machine_code_do_what_is_interpreted() {
             // bits of nets whose roots have changed
             for root in settling.iter().chain(&sampled).filter(|s| g.value(s.node).is_none()) {
                 let Some(bit) = root.observed else { continue };
-                let at = (shared.changed + bit / 64) as usize;
-                if interpreted[root.half as usize] != memory[root.half as usize] {
+                let at = (shared.changed + bit / 64).index();
+                if interpreted[root.plane.index()] != memory[root.plane.index()] {
                     assert!(here[at] >> (bit % 64) & 1 == 1, "seed {seed}: {bit}");
                     interpreted[at] |= 1 << (bit % 64);
                 }
@@ -109,11 +119,11 @@ fn partitions_in_machine_code_do_what_is_interpreted() {
             assert_eq!(here, interpreted, "seed {seed}");
             // on to other state
             memory = here;
-            memory[shared.changed as usize..][..2].fill(0);
-            for (half, new) in p.memory(&mut r).into_iter().enumerate().take(p.len()) {
+            memory[shared.changed.index()..][..2].fill(0);
+            for (plane, new) in p.memory(&mut r).into_iter().enumerate().take(p.len()) {
                 if r.below(3) == 0 {
-                    memory[half] = new;
-                    let slot = (half as u32 / 2).min(p.array());
+                    memory[plane] = new;
+                    let slot = Slot::at(plane / 2).min(p.array());
                     plan.readers.get(&slot).into_iter().flatten().for_each(|&reader| due[reader as usize] = true);
                 }
             }
@@ -138,13 +148,13 @@ fn edges_in_machine_code_do_what_is_interpreted() {
         let chunks: Vec<Chunk> = (0..count).map(|_| p.chunk(&mut r)).collect();
         let ticks: Vec<Tick> =
             chunks.into_iter().map(|chunk| Tick { graph: p.graph.clone(), chunk, record: Record::default() }).collect();
-        let room = p.room() as Half;
-        let mut next = room + 4;
+        let room = PlaneWord::at(p.room() as u32);
+        let mut next = p.room() as u32 + 4;
         let fresh = || {
             next += 1;
-            next - 1
+            PlaneWord::at(next - 1)
         };
-        let shared = Shared { alarm: room, changed: room + 2, dirty: 0, log: 0 };
+        let shared = Shared { alarm: room, changed: room + 2, dirty: room, log: None };
         let list: Vec<&Tick> = ticks.iter().collect();
         let circle = compile_circle(&list, r.pick(&[4, 20, 1 << 20]), shared, fresh).unwrap();
         for _ in 0..8 {

@@ -5,8 +5,8 @@ use cranelift_codegen::ir::{InstBuilder, Value, types};
 
 use super::emit::{Emit, offset, trusted};
 use crate::compiled::ir::graph::Id;
+use crate::compiled::ir::places::PlaneWord;
 use crate::compiled::ir::record::{Part, Record};
-use crate::compiled::ir::stores::Half;
 use crate::value::changes::{self, Written};
 
 /// How many words of records generated code has room for.
@@ -14,18 +14,15 @@ pub(crate) const ROOM: usize = 1 << 15;
 
 /// What lies before the records: the bytes from the beginning of the memory to the end of the records, the tick of the
 /// next one, how long the input then stays 0, and how long 1.
-pub(crate) const END: Half = 0;
-pub(crate) const TIME: Half = 1;
-pub(crate) const WAIT: Half = 2;
-pub(crate) const RECORDS: Half = 4;
+pub(crate) const END: u32 = 0;
+pub(crate) const TIME: u32 = 1;
+pub(crate) const WAIT: u32 = 2;
+pub(crate) const RECORDS: u32 = 4;
 
 /// Emits the code that writes a record down, before anything is stored.
-pub(crate) fn emit(emit: &mut Emit<'_, '_>, record: &Record, log: Half) {
-    if log == 0 {
-        return;
-    }
+pub(crate) fn emit(emit: &mut Emit<'_, '_>, record: &Record, log: PlaneWord) {
     let base = emit.base;
-    let load = |emit: &mut Emit<'_, '_>, half| emit.builder.ins().load(types::I64, trusted(), base, offset(half));
+    let load = |emit: &mut Emit<'_, '_>, plane| emit.builder.ins().load(types::I64, trusted(), base, offset(plane));
     let time = load(emit, log + TIME);
     let wait = load(emit, log + WAIT + u32::from(record.level));
     let next = emit.builder.ins().iadd(time, wait);
@@ -71,11 +68,11 @@ fn changed(emit: &mut Emit<'_, '_>, part: &Part, at: &mut Value) -> Value {
         return emit.builder.ins().iconst(types::I64, 1);
     }
     let base = emit.base;
-    let mut plane = |half: Half, node: Option<Id>| {
-        let old = emit.builder.ins().load(types::I64, trusted(), base, offset(half));
+    let mut plane = |plane: PlaneWord, node: Option<Id>| {
+        let old = emit.builder.ins().load(types::I64, trusted(), base, offset(plane));
         (old, node.map_or(old, |node| emit.value(node)))
     };
-    let (old, v) = plane(2 * part.slot, part.v);
+    let (old, v) = plane(part.slot.value(), part.v);
     let (differs, bytes) = match part.field.written {
         Written::Toggled => return emit.builder.ins().bxor(old, v),
         Written::Known => {
@@ -83,7 +80,7 @@ fn changed(emit: &mut Emit<'_, '_>, part: &Part, at: &mut Value) -> Value {
             (emit.builder.ins().icmp(IntCC::NotEqual, old, v), 3)
         }
         Written::Both => {
-            let (before, u) = plane(2 * part.slot + 1, part.u);
+            let (before, u) = plane(part.slot.unknown(), part.u);
             emit.builder.ins().store(trusted(), v, *at, 0);
             emit.builder.ins().store(trusted(), u, *at, 8);
             let (x, y) = (emit.builder.ins().bxor(old, v), emit.builder.ins().bxor(before, u));

@@ -4,6 +4,8 @@
 //! what they can; with every unknown plane the constant 0, what is left of four-valued logic is the two-valued one. This
 //! file knows no netlist and no machine.
 
+use super::places::{PlaneWord, Slot};
+
 /// The number of a node of a [`Graph`]. Operands have smaller numbers than what uses them.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub(crate) struct Id(u32);
@@ -27,8 +29,8 @@ impl Id {
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(crate) enum Op {
     Const(u64),
-    /// Half a word of state: `2 * slot` is the value plane of a slot, `2 * slot + 1` the unknown plane.
-    Load(u32),
+    /// A plane word of state.
+    Load(PlaneWord),
     And(Id, Id),
     /// `a & !b`.
     AndNot(Id, Id),
@@ -60,7 +62,7 @@ pub(crate) enum Op {
     /// Plane 0 or 1 of an element of an array that begins at `slot`: of 2^`size` bytes, 8 of which lie in a slot.
     /// Whoever makes this sees to it that there is one of number `index`.
     Element {
-        slot: u32,
+        slot: Slot,
         index: Id,
         size: u8,
         plane: u8,
@@ -186,11 +188,11 @@ impl Graph {
     }
 
     /// Half a slot of which only the bits of `may` are ever 1.
-    pub fn load(&mut self, half: u32, may: u64) -> Id {
-        self.push(Op::Load(half), may)
+    pub fn load(&mut self, plane: PlaneWord, may: u64) -> Id {
+        self.push(Op::Load(plane), may)
     }
 
-    pub fn element(&mut self, slot: u32, index: Id, size: u8, plane: u8, may: u64) -> Id {
+    pub fn element(&mut self, slot: Slot, index: Id, size: u8, plane: u8, may: u64) -> Id {
         self.push(Op::Element { slot, index, size, plane }, may)
     }
 
@@ -694,7 +696,7 @@ impl Graph {
     pub fn rebuild(&mut self, op: Op, may: u64, at: impl Fn(Id) -> Id) -> Id {
         match op {
             Op::Const(n) => self.constant(n),
-            Op::Load(half) => self.load(half, may),
+            Op::Load(plane) => self.load(plane, may),
             Op::And(a, b) => self.and(at(a), at(b)),
             Op::AndNot(a, b) => self.and_not(at(a), at(b)),
             Op::Or(a, b) => self.or(at(a), at(b)),

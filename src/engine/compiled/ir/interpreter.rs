@@ -2,6 +2,7 @@
 //! tests of passes and of machine code hold these against. It says nothing twice: no pass and no code generator is used.
 
 use super::graph::{Graph, Id, Op};
+use super::places::{PlaneWord, Slot};
 use super::plan::{Chunk, Plan};
 use super::stores::{Put, Store};
 use crate::random;
@@ -56,7 +57,7 @@ pub(crate) fn evaluate(op: Op, memory: &[u64], at: impl Fn(Id) -> u64) -> u64 {
     };
     match op {
         Op::Const(n) => n,
-        Op::Load(half) => memory[half as usize],
+        Op::Load(word) => memory[word.index()],
         Op::And(a, b) => at(a) & at(b),
         Op::AndNot(a, b) => at(a) & !at(b),
         Op::Or(a, b) => at(a) | at(b),
@@ -89,9 +90,9 @@ pub(crate) fn evaluate(op: Op, memory: &[u64], at: impl Fn(Id) -> u64) -> u64 {
 }
 
 /// The plane word with an element, and at which bit it begins there: elements of less than 8 bytes lie side by side.
-fn place(slot: u32, index: u64, size: u8, plane: u8) -> (usize, u64) {
+fn place(slot: Slot, index: u64, size: u8, plane: u8) -> (usize, u64) {
     let bytes = index << size;
-    ((2 * slot + u32::from(plane)) as usize + 2 * (bytes / 8) as usize, bytes % 8 * 8)
+    (slot.plane(plane).index() + 2 * (bytes / 8) as usize, bytes % 8 * 8)
 }
 
 /// All bits of an element of 2^`size` bytes.
@@ -121,7 +122,7 @@ pub(crate) fn run(g: &Graph, chunk: &Chunk, memory: &mut [u64]) -> Option<bool> 
     }
     let mut alarm = false;
     for store in &chunk.stores {
-        memory[store.half as usize] = is(store.node);
+        memory[store.plane.index()] = is(store.node);
         alarm |= store.alarm && is(store.node) != 0;
     }
     for put in &chunk.puts {
@@ -145,14 +146,14 @@ pub(crate) fn run_plan(g: &Graph, plan: &Plan, due: &mut [bool], memory: &mut [u
         let mut now = vec![None; g.len()];
         let at = |now: &[Option<u64>], memory: &[u64], node: Id| match g.op(node) {
             op if op.is_leaf() => evaluate(op, memory, |_| unreachable!("a leaf has no operands")),
-            _ => now[node.index()].unwrap_or_else(|| memory[plan.place[&node] as usize]),
+            _ => now[node.index()].unwrap_or_else(|| memory[plan.place[&node].index()]),
         };
         for &node in &chunk.nodes {
             now[node.index()] = Some(evaluate(g.op(node), memory, |o| at(&now, memory, o)));
         }
         let stores: Vec<u64> = chunk.stores.iter().map(|s| at(&now, memory, s.node)).collect();
         for (store, new) in chunk.stores.iter().zip(stores) {
-            let old = std::mem::replace(&mut memory[store.half as usize], new);
+            let old = std::mem::replace(&mut memory[store.plane.index()], new);
             assert!(store.compared || store.wakes.is_empty(), "only what is compared wakes anything");
             if old != new {
                 store.wakes.iter().for_each(|&woken| due[woken as usize] = true);
@@ -181,7 +182,7 @@ impl Program {
         let graph = if r.below(2) == 0 { Graph::default() } else { Graph::factoring() };
         let mut p = Program { graph, steps: Vec::new(), nodes: Vec::new(), masks: Vec::new() };
         let loads = 2 + r.below(8);
-        for half in 0..loads as u32 {
+        for word in (0..loads as u32).map(PlaneWord::at) {
             // bits, fields, and whole words
             let mask = match r.below(4) {
                 0 | 1 => 1,
@@ -189,8 +190,8 @@ impl Program {
                 _ => u64::MAX,
             };
             p.masks.push(mask);
-            let node = p.graph.load(half, mask);
-            p.add(Op::Load(half), node);
+            let node = p.graph.load(word, mask);
+            p.add(Op::Load(word), node);
         }
         for n in [0, 1, u64::MAX, r.telling(), r.telling(), r.telling()] {
             p.constant(n);
@@ -202,13 +203,13 @@ impl Program {
     }
 
     /// The slot at which the array begins that programs read, behind what they load.
-    pub fn array(&self) -> u32 {
-        self.masks.len().div_ceil(2) as u32
+    pub fn array(&self) -> Slot {
+        Slot::at(self.masks.len().div_ceil(2))
     }
 
     /// How many plane words a program reads.
     pub fn len(&self) -> usize {
-        (2 * self.array() + ARRAY) as usize
+        self.array().value().index() + ARRAY as usize
     }
 
     /// The same with one for a guard, and room up to a whole slot.
@@ -276,9 +277,9 @@ impl Program {
         match r.below(27) {
             0 => _ = self.constant(r.telling()),
             1 => {
-                let half = r.below(self.masks.len()) as u32;
-                let node = self.graph.load(half, self.masks[half as usize]);
-                self.add(Op::Load(half), node);
+                let word = PlaneWord::at(r.below(self.masks.len()) as u32);
+                let node = self.graph.load(word, self.masks[word.index()]);
+                self.add(Op::Load(word), node);
             }
             2 | 3 => _ = self.make(Op::And(a, b)),
             4 => _ = self.make(Op::AndNot(a, b)),
@@ -337,11 +338,11 @@ impl Program {
     /// the array, may be not to be run, and may store what is taken to be 0.
     pub fn chunk(&mut self, r: &mut Random) -> Chunk {
         let mut chunk = Chunk::default();
-        for half in 0..self.masks.len() {
+        for (at, mask) in self.masks.clone().into_iter().enumerate() {
             if r.below(4) > 0 {
-                let (node, mask) = (self.any(r), self.constant(self.masks[half]));
+                let (node, mask) = (self.any(r), self.constant(mask));
                 let node = self.make(Op::And(node, mask));
-                chunk.stores.push(Store::plain(self.nodes[node.index()], half as u32));
+                chunk.stores.push(Store::plain(self.nodes[node.index()], PlaneWord::at(at as u32)));
             }
         }
         for _ in 0..r.below(4) {
@@ -373,7 +374,7 @@ impl Program {
         }
         if r.below(2) == 0 {
             let node = rare(self, r);
-            chunk.stores.push(Store { alarm: true, ..Store::plain(node, self.len() as u32) });
+            chunk.stores.push(Store { alarm: true, ..Store::plain(node, PlaneWord::at(self.len() as u32)) });
         }
         let roots = chunk.stores.iter().map(|s| s.node).chain(chunk.puts.iter().flat_map(Put::nodes));
         chunk.nodes = self.graph.needed(roots.chain(chunk.aborts.iter().copied()));

@@ -5,6 +5,7 @@ pub(crate) mod facts;
 pub(crate) mod graph;
 #[cfg(test)]
 pub(crate) mod interpreter;
+pub(crate) mod places;
 pub(crate) mod plan;
 pub(crate) mod record;
 pub(crate) mod simplify;

@@ -1,13 +1,14 @@
 //! Nodes divided into chunks, each computed as one, and what is known of what they leave in memory.
 
 use super::graph::{Id, Map};
-use super::stores::{Half, Put, Store};
+use super::places::{PlaneWord, Slot};
+use super::stores::{Put, Store};
 
 /// Something wanted in memory.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Root {
     pub node: Id,
-    pub half: Half,
+    pub plane: PlaneWord,
     /// The bit that a change sets, for a net that is observed.
     pub observed: Option<u32>,
     /// Whether it is the unknown plane of state that this form takes to be known.
@@ -43,9 +44,9 @@ pub(crate) struct Plan {
     /// How many of the chunks are needed for a circuit to be settled; the others only before an edge.
     pub settling: usize,
     /// Where nodes lie that one chunk computes and another uses.
-    pub place: Map<Id, Half>,
+    pub place: Map<Id, PlaneWord>,
     /// The chunks that read each slot of state.
-    pub readers: Map<u32, Vec<u32>>,
+    pub readers: Map<Slot, Vec<u32>>,
     /// Roots that are constant.
     pub constants: Vec<(Root, u64)>,
 }

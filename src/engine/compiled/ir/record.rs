@@ -1,7 +1,8 @@
 //! What one edge writes down of the nets that are traced.
 
 use super::graph::{Id, Map};
-use super::stores::{Half, Store};
+use super::places::{PlaneWord, Slot};
+use super::stores::Store;
 use crate::Field;
 use crate::netlist::NetId;
 use crate::value::changes::{self, Written};
@@ -11,7 +12,7 @@ use crate::value::changes::{self, Written};
 pub(crate) struct Traced {
     pub net: NetId,
     pub word: u32,
-    pub slot: u32,
+    pub slot: Slot,
     /// Whether all of it is always known.
     pub known: bool,
     /// Whether the net is one bit.
@@ -30,7 +31,7 @@ pub(crate) struct Record {
 #[derive(Debug)]
 pub(crate) struct Part {
     pub field: Field,
-    pub slot: u32,
+    pub slot: Slot,
     /// The nodes that it becomes; where there is none, it stays.
     pub v: Option<Id>,
     pub u: Option<Id>,
@@ -40,10 +41,10 @@ pub(crate) struct Part {
 
 impl Record {
     /// What a tick writes down that stores this.
-    pub fn new(traced: Vec<Traced>, stores: &[Store], input: u32, level: bool) -> Record {
-        let stored: Map<Half, Id> = stores.iter().map(|s| (s.half, s.node)).collect();
+    pub fn new(traced: Vec<Traced>, stores: &[Store], input: Slot, level: bool) -> Record {
+        let stored: Map<PlaneWord, Id> = stores.iter().map(|s| (s.plane, s.node)).collect();
         let part = |t: Traced| {
-            let (v, u) = (stored.get(&(2 * t.slot)).copied(), stored.get(&(2 * t.slot + 1)).copied());
+            let (v, u) = (stored.get(&(t.slot.value())).copied(), stored.get(&(t.slot.unknown())).copied());
             let input = t.slot == input;
             let written = match (t.known, t.bit) {
                 (true, true) => Written::Toggled,

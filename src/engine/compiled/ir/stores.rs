@@ -1,15 +1,13 @@
 //! What is written to memory: values of nodes into halves of slots, and into elements of what memories hold.
 
 use super::graph::Id;
-
-/// Half a slot of memory: `2 * slot` is its value plane, `2 * slot + 1` its unknown plane.
-pub(crate) type Half = u32;
+use super::places::{PlaneWord, Slot};
 
 /// What a chunk stores.
 #[derive(Clone, Debug)]
 pub(crate) struct Store {
     pub node: Id,
-    pub half: Half,
+    pub plane: PlaneWord,
     pub observed: Option<u32>,
     pub alarm: bool,
     /// Whether a change has to be found out.
@@ -22,9 +20,9 @@ pub(crate) struct Store {
 
 impl Store {
     /// One of which nobody is told anything.
-    pub fn plain(node: Id, half: Half) -> Store {
+    pub fn plain(node: Id, plane: PlaneWord) -> Store {
         let (observed, wakes) = (None, Vec::new());
-        Store { node, half, observed, alarm: false, compared: false, wakes, again: false }
+        Store { node, plane, observed, alarm: false, compared: false, wakes, again: false }
     }
 }
 
@@ -32,7 +30,7 @@ impl Store {
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(crate) struct Put {
     /// Where the contents begin.
-    pub slot: u32,
+    pub slot: Slot,
     pub size: u8,
     /// Below the number of elements, whatever is written.
     pub index: Id,

@@ -2,6 +2,7 @@
 
 use super::graph::{Graph, Id, Op};
 use super::interpreter::{Program, Random, evaluate, seeds, values};
+use super::places::{PlaneWord, Slot};
 
 /// Results worked out by hand, one or more for each operation.
 #[test]
@@ -11,7 +12,7 @@ fn operations_mean_what_they_say() {
     let [a, b, c] = [0, 1, 2].map(Id::at);
     let minus = |n: u64| n.wrapping_neg();
     assert_eq!(of(Op::Const(7), [0; 3]), 7);
-    assert_eq!(of(Op::Load(1), [0; 3]), 0xf7f6_f5f4_f3f2_f1f0);
+    assert_eq!(of(Op::Load(PlaneWord::at(1)), [0; 3]), 0xf7f6_f5f4_f3f2_f1f0);
     assert_eq!(of(Op::And(a, b), [0b1100, 0b1010, 0]), 0b1000);
     assert_eq!(of(Op::AndNot(a, b), [0b1100, 0b1010, 0]), 0b0100);
     assert_eq!(of(Op::Or(a, b), [0b1100, 0b1010, 0]), 0b1110);
@@ -33,7 +34,7 @@ fn operations_mean_what_they_say() {
     assert_eq!([of(Op::Select(a, b, c), [1, 5, 6]), of(Op::Select(a, b, c), [0, 5, 6])], [5, 6]);
     assert_eq!([of(Op::Div(a, b), [minus(1), 10, 0]), of(Op::Rem(a, b), [minus(1), 10, 0])], [1844674407370955161, 5]);
     assert_eq!(of(Op::Count(a), [0xf0f0, 0, 0]), 8);
-    let element = |size, plane, index| of(Op::Element { slot: 0, index: a, size, plane }, [index, 0, 0]);
+    let element = |size, plane, index| of(Op::Element { slot: Slot::default(), index: a, size, plane }, [index, 0, 0]);
     assert_eq!([element(0, 0, 9), element(0, 1, 9)], [0x09, 0xf9]);
     assert_eq!([element(1, 0, 3), element(1, 1, 5)], [0x0706, 0xfbfa]);
     assert_eq!([element(2, 0, 2), element(2, 1, 1)], [0x0b0a_0908, 0xf7f6_f5f4]);
@@ -77,7 +78,7 @@ const GATES: [fn(&mut Graph, Id, Id) -> Id; 8] = [
         g.and_not(a, not)
     },
     |g, a, b| {
-        let s = g.load(3, 1);
+        let s = g.load(PlaneWord::at(3), 1);
         g.select(s, a, b)
     },
 ];
@@ -106,7 +107,7 @@ fn every_composition_of_three_gates_is_simplified_soundly() {
             // inputs: three of the memory, and a constant
             for inputs in 0..256usize {
                 let mut g = Graph::factoring();
-                let leaf: Vec<Id> = (0..3).map(|half| g.load(half, mask)).collect();
+                let leaf: Vec<Id> = (0..3).map(|word| g.load(PlaneWord::at(word), mask)).collect();
                 let constants = [g.constant(1), g.constant(mask)];
                 let at = |n: usize| if n == 3 { constants[top % 2] } else { leaf[n] };
                 let ports = [inputs / 64, inputs / 16 % 4, inputs / 4 % 4, inputs % 4];
@@ -140,7 +141,7 @@ fn facts_hold() {
         let mut p = Program::random(&mut r, size);
         let g = &mut p.graph;
         // comparisons of one word with several constants, as decoders have them
-        let (word, bits) = (g.load(0, p.masks[0]), p.masks[0].count_ones().min(3));
+        let (word, bits) = (g.load(PlaneWord::default(), p.masks[0]), p.masks[0].count_ones().min(3));
         let word = g.bits(word, 0, bits);
         let decoded: Vec<Id> = (0..1 << bits)
             .map(|n| {

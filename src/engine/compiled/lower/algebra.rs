@@ -194,6 +194,7 @@ mod tests {
     use crate::cell::agree::{Case, cases};
     use crate::cell::{act, at_edge, derived, level};
     use crate::compiled::ir::interpreter::values;
+    use crate::compiled::ir::places::Slot;
     use crate::value::Word;
     use crate::value::word::{word_mask, words};
 
@@ -206,11 +207,12 @@ mod tests {
                 if constant {
                     return g.literal(*w);
                 }
-                let half = memory.len() as u32;
+                let slot = Slot::at(memory.len() / 2);
                 memory.extend([w.v, w.u]);
                 // that something is known for good is as that it happens to be
-                let u = if w.u == 0 && half % 4 == 0 { g.constant(0) } else { g.load(half + 1, m) };
-                Two { v: g.load(half, m), u }
+                let u =
+                    if w.u == 0 && slot.index().is_multiple_of(2) { g.constant(0) } else { g.load(slot.unknown(), m) };
+                Two { v: g.load(slot.value(), m), u }
             });
             words.collect()
         };

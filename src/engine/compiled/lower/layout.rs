@@ -1,6 +1,7 @@
 //! What of a netlist the waves need beside its functions: where state lies, clock pins with the cells that they clock,
 //! controls that may become unknown.
 
+use crate::compiled::ir::places::{Slot, Slots};
 use std::collections::{HashMap, HashSet};
 
 use crate::cell::pin::memory::{RD_ARST, RD_CLK, RD_EN, RD_SRST, WR_CLK, WR_EN};
@@ -78,8 +79,8 @@ pub(crate) struct Stored {
     pub part: Part,
     pub net: NetId,
     /// First slot of its state, and of what is sampled for the next edge.
-    pub slot: u32,
-    pub stage: u32,
+    pub slot: Slot,
+    pub stage: Slot,
     /// How many words its state has, and how many are sampled.
     pub words: u32,
     pub sampled: u32,
@@ -90,10 +91,10 @@ pub(crate) struct Stored {
 pub(crate) struct MemoryPlace {
     pub cell: CellId,
     /// The first slot of its contents, and how many there are.
-    pub contents: u32,
+    pub contents: Slot,
     pub len: u32,
     /// For each read port with a clock the first slot of what it has.
-    pub ports: Vec<Option<u32>>,
+    pub ports: Vec<Option<Slot>>,
     /// The number of its first read port among those of all memories.
     pub first_port: u32,
 }
@@ -104,9 +105,9 @@ pub(crate) struct Wiring {
     /// The width of each net.
     pub widths: Vec<u32>,
     /// First slot of each net that has one.
-    pub slot: Vec<Option<u32>>,
+    pub slot: Vec<Option<Slot>>,
     /// Inputs and state, which have slots from the start: the slots, those of the inputs first.
-    pub leaves: std::ops::Range<u32>,
+    pub leaves: Slots,
     /// The net of each of these slots.
     pub leaf_net: Vec<NetId>,
     /// The bits of each of these slots that are in use.
@@ -119,7 +120,7 @@ pub(crate) struct Wiring {
     /// The cells of each loop.
     pub loops: Vec<Vec<CellId>>,
     /// For each loop a slot that tells whether it has settled.
-    pub unsettled: Vec<u32>,
+    pub unsettled: Vec<Slot>,
     pub pins: Vec<ClockPin>,
     /// Control pins by the bit that they read.
     pub controls: Vec<(Bit, Vec<u32>)>,
@@ -183,24 +184,24 @@ impl Wiring {
                 w.read_ports(netlist, cell, memory, first);
             }
         }
-        w.leaves = first..w.initial.len() as u32;
+        w.leaves = Slots { start: Slot::at(first as usize), end: w.end() };
         for place in &mut w.memories {
             let CellKind::Memory(memory) = &netlist.cell(place.cell).kind else { unreachable!("it is a memory") };
-            place.contents = w.initial.len() as u32;
+            place.contents = Slot::at(w.initial.len());
             place.len = memory.init.len() as u32;
             // what lies between words is 0
             let used = Memory::contents(memory.width, memory.size);
             w.initial.extend(memory.init.iter().zip(used).map(|(w, used)| Word { v: w.v & used.u, u: w.u & used.u }));
         }
         for _ in &w.loops {
-            w.unsettled.push(w.initial.len() as u32);
+            w.unsettled.push(w.end());
             w.initial.push(Word::ZERO);
         }
         for cell in netlist.cell_ids() {
             let kind = &netlist.cell(cell).kind;
             for part in clocked_parts(kind) {
                 let net = netlist.output(cell, 0);
-                let stage = w.initial.len() as u32;
+                let stage = w.end();
                 let place = || &w.memories[w.memory_of[&cell]];
                 let (slot, n, sampled) = match (kind, part) {
                     (CellKind::Memory(m), Part::Read(port)) => {
@@ -245,20 +246,25 @@ impl Wiring {
             extract(&mut self.initial[slot..], &start, port * memory.width, memory.width);
             self.leaf_net.resize(slot + n - first as usize, net);
             self.leaf_mask.extend((0..n).map(|i| word_mask(memory.width, i)));
-            Some(slot as u32)
+            Some(Slot::at(slot))
         });
         let ports = ports.collect();
         self.memory_of.insert(cell, self.memories.len());
         let first_port = self.memories.last().map_or(0, |m| m.first_port + m.ports.len() as u32);
-        self.memories.push(MemoryPlace { cell, contents: 0, len: 0, ports, first_port });
+        self.memories.push(MemoryPlace { cell, contents: Slot::default(), len: 0, ports, first_port });
+    }
+
+    /// The first slot that nothing has.
+    fn end(&self) -> Slot {
+        Slot::at(self.initial.len())
     }
 
     /// Gives a net slots, if it has none; the first.
-    pub fn place(&mut self, netlist: &Netlist, net: NetId) -> u32 {
+    pub fn place(&mut self, netlist: &Netlist, net: NetId) -> Slot {
         if let Some(slot) = self.slot[net.index()] {
             return slot;
         }
-        let slot = self.initial.len() as u32;
+        let slot = self.end();
         self.initial.extend(initial(netlist, net));
         self.slot[net.index()] = Some(slot);
         slot
@@ -388,11 +394,11 @@ fn bit(netlist: &Netlist, cell: CellId, pin: usize) -> Option<Bit> {
 /// Where state lies, and what of it may be unknown.
 pub(crate) struct StatePlaces<'w> {
     pub wiring: &'w Wiring,
-    pub unknown: &'w dyn Fn(u32) -> bool,
+    pub unknown: &'w dyn Fn(Slot) -> bool,
 }
 
 impl Places for StatePlaces<'_> {
-    fn slot(&self, net: NetId) -> u32 {
+    fn slot(&self, net: NetId) -> Slot {
         self.wiring.slot[net.index()].expect("inputs and state have places")
     }
 
@@ -400,7 +406,7 @@ impl Places for StatePlaces<'_> {
         &self.wiring.memories[self.wiring.memory_of[&cell]]
     }
 
-    fn may_be_unknown(&self, slot: u32) -> bool {
+    fn may_be_unknown(&self, slot: Slot) -> bool {
         (self.unknown)(slot)
     }
 }

@@ -7,15 +7,16 @@
 use crate::Value;
 use crate::cell::{Algebra, Memory};
 use crate::compiled::ir::graph::{Graph, Id};
+use crate::compiled::ir::places::Slot;
 use crate::compiled::ir::stores::Put;
 use crate::compiled::lower::four::{Bits, Two};
 use crate::value::Word;
 use crate::value::word::{mask, word_mask, words};
 
-/// Half an element.
+/// PlaneWord an element.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Element {
-    pub slot: u32,
+    pub slot: Slot,
     /// The binary logarithm of its bytes.
     pub size: u8,
     pub plane: u8,
@@ -34,7 +35,7 @@ pub(crate) fn fetch(g: &mut Graph, e: Element, index: Id) -> Id {
 /// A read port of a memory, the contents of which begin somewhere.
 pub(crate) struct Read<'m> {
     pub memory: &'m Memory,
-    pub contents: u32,
+    pub contents: Slot,
     pub port: usize,
 }
 
@@ -106,7 +107,7 @@ fn element(g: &mut Graph, m: &Memory, index: Id, i: usize) -> Id {
 }
 
 /// What an address reads.
-pub(crate) fn read(g: &mut Graph, m: &Memory, contents: u32, address: Two, fetch: &mut Fetch<'_>) -> Bits {
+pub(crate) fn read(g: &mut Graph, m: &Memory, contents: Slot, address: Two, fetch: &mut Fetch<'_>) -> Bits {
     let at = at(g, m, address);
     let several = layout(m).1 > 0;
     (0..words(m.width))
@@ -128,7 +129,7 @@ pub(crate) fn read(g: &mut Graph, m: &Memory, contents: u32, address: Two, fetch
 }
 
 /// What a port writes.
-pub(crate) fn write(g: &mut Graph, m: &Memory, contents: u32, w: &Written) -> Vec<Put> {
+pub(crate) fn write(g: &mut Graph, m: &Memory, contents: Slot, w: &Written) -> Vec<Put> {
     let at = at(g, m, w.address);
     let valid = g.and(at.valid, w.when);
     (0..words(m.width))
@@ -171,7 +172,7 @@ pub(crate) fn join(g: &mut Graph, first: &Put, then: &Put) -> Option<Put> {
     Some(Put { v, u, mask: g.or(first.mask, then.mask), ..*first })
 }
 
-/// Half an element after a write.
+/// PlaneWord an element after a write.
 pub(crate) fn after(g: &mut Graph, put: &Put, e: Element, index: Id, before: Id) -> Id {
     if put.slot != e.slot {
         return before;

@@ -9,6 +9,7 @@ pub(crate) mod layout;
 pub(crate) mod memory;
 pub(crate) mod support;
 
+use crate::compiled::ir::places::Slot;
 use std::collections::HashMap;
 
 use self::algebra::Place;
@@ -24,18 +25,18 @@ use crate::value::word::{word_mask, words};
 /// Where state lies and how much is known of it.
 pub(crate) trait Places {
     /// The first slot of a net that is an input or a state.
-    fn slot(&self, net: NetId) -> u32;
+    fn slot(&self, net: NetId) -> Slot;
     /// Where a memory lies.
     fn memory(&self, cell: CellId) -> &MemoryPlace;
     /// Whether the word of state in a slot may hold x or z.
-    fn may_be_unknown(&self, slot: u32) -> bool;
+    fn may_be_unknown(&self, slot: Slot) -> bool;
 }
 
 /// State that asynchronous controls may change at once.
 #[derive(Debug)]
 pub(crate) struct Level {
     /// Where it lies.
-    pub slot: u32,
+    pub slot: Slot,
     /// The net that it is the value of; none for what a port of a memory has.
     pub net: Option<NetId>,
     /// What it becomes.
@@ -127,13 +128,13 @@ impl<P: Places> Lower<'_, P> {
         self.load(self.places.slot(net), self.netlist.net(net).width)
     }
 
-    fn load(&mut self, slot: u32, width: u32) -> Bits {
+    fn load(&mut self, slot: Slot, width: u32) -> Bits {
         (0..words(width) as u32)
             .map(|i| {
                 let m = word_mask(width, i as usize);
-                let (half, g) = (2 * (slot + i), &mut self.out.graph);
+                let (plane, g) = ((slot + i).value(), &mut self.out.graph);
                 let unknown = self.places.may_be_unknown(slot + i);
-                Two { v: g.load(half, m), u: if unknown { g.load(half + 1, m) } else { g.constant(0) } }
+                Two { v: g.load(plane, m), u: if unknown { g.load(plane + 1, m) } else { g.constant(0) } }
             })
             .collect()
     }
@@ -335,7 +336,7 @@ impl<P: Places> Lower<'_, P> {
 
     /// What read ports with a clock have, before anything else is known of a memory.
     fn start_memory(&mut self, cell: CellId, memory: &Memory) {
-        let ports: Vec<Option<u32>> = self.places.memory(cell).ports.clone();
+        let ports: Vec<Option<Slot>> = self.places.memory(cell).ports.clone();
         let list: Vec<Bits> = ports
             .into_iter()
             .map(|slot| match slot {

@@ -1,6 +1,7 @@
 //! What of a tick has nothing to do with the rest: parts of a circuit that read each other's state at most.
 
 use crate::compiled::ir::graph::{Id, Map, Op};
+use crate::compiled::ir::places::Slot;
 use crate::compiled::passes::edge::Tick;
 
 /// How many parts of one size are worth having apart.
@@ -22,7 +23,7 @@ pub(crate) fn parts(tick: &Tick, least: usize) -> Vec<Part> {
     let Tick { graph, chunk, .. } = tick;
     let mut of = Joined { next: graph.ids().collect() };
     // what reads and writes a memory belongs together
-    let mut memories: Map<u32, Id> = Map::default();
+    let mut memories: Map<Slot, Id> = Map::default();
     let inner = |node: &Id| !graph.op(*node).is_leaf();
     for &node in &chunk.nodes {
         graph.op(node).operands().filter(inner).for_each(|o| of.join(node, o));

@@ -7,10 +7,11 @@
 use crate::compiled::codegen::machine::Circle;
 use crate::compiled::codegen::{self, Shared};
 use crate::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::compiled::ir::places::PlaneWord;
 use crate::compiled::ir::plan::Chunk;
 use crate::compiled::ir::record::Record;
 use crate::compiled::ir::stores::Put;
-use crate::compiled::ir::stores::{Half, Store};
+use crate::compiled::ir::stores::Store;
 use crate::compiled::passes::edge::Tick;
 use crate::compiled::passes::word_recovery::{LEAST, Packed, Place, Step, TRIALS, pack};
 use crate::value::Word;
@@ -32,13 +33,13 @@ pub(crate) const SHORT: u64 = 32;
 
 impl Period {
     /// Makes a period of its ticks. `groups` are the lanes that single bits of state get.
-    pub fn new(ticks: &[&Tick], groups: &[Vec<(u8, Half)>], piece: usize, end: &mut u32) -> Option<Period> {
+    pub fn new(ticks: &[&Tick], groups: &[Vec<(u8, PlaneWord)>], piece: usize, end: &mut u32) -> Option<Period> {
         let mut step = compose(ticks)?;
         let plain = step.cost();
         let mut next = 2 * *end;
         let mut fresh = || {
             next += 1;
-            next - 1
+            PlaneWord::at(next - 1)
         };
         let Packed { step, places, .. } = pack(&mut step, groups, LEAST, TRIALS, &mut fresh)?;
         // What does not lie in words is better left as it is. Long ticks come in pieces, which share code where they are
@@ -48,9 +49,9 @@ impl Period {
             return None;
         }
         let nodes = step.needed();
-        let changes: Map<Half, ()> = step.stores.iter().map(|s| (s.0, ())).collect();
+        let changes: Map<PlaneWord, ()> = step.stores.iter().map(|s| (s.0, ())).collect();
         let changing = places.iter().map(|p| changes.contains_key(&p.word)).collect();
-        let stores = step.stores.iter().map(|&(half, node)| Store::plain(node, half)).collect();
+        let stores = step.stores.iter().map(|&(plane, node)| Store::plain(node, plane)).collect();
         let chunk = Chunk { nodes, stores, puts: step.puts, aborts: step.aborts, ..Chunk::default() };
         let tick = Tick { chunk, graph: step.graph, record: Record::default() };
         let circle = codegen::compile_circle(&[&tick], piece, Shared::default(), &mut fresh).ok()?;
@@ -65,12 +66,12 @@ impl Period {
             return 0;
         }
         for Place { word, lanes } in &self.places {
-            *half(memory, *word) = lanes.iter().fold(0, |all, &(lane, h)| all | (*half(memory, h) & 1) << lane);
+            *word_of(memory, *word) = lanes.iter().fold(0, |all, &(lane, h)| all | (*word_of(memory, h) & 1) << lane);
         }
         let done = self.circle.run(memory, rounds);
         for (Place { word, lanes }, _) in self.places.iter().zip(&self.changing).filter(|p| *p.1) {
-            let value = *half(memory, *word);
-            lanes.iter().for_each(|&(lane, h)| *half(memory, h) = value >> lane & 1);
+            let value = *word_of(memory, *word);
+            lanes.iter().for_each(|&(lane, h)| *word_of(memory, h) = value >> lane & 1);
         }
         if done < SHORT {
             self.patience = (self.patience * 2).min(1 << 12);
@@ -85,8 +86,8 @@ impl Period {
 /// Ticks one after another as one step of what they read and leave.
 fn compose(ticks: &[&Tick]) -> Option<Step> {
     let mut out = Graph::factoring();
-    let mut now: Map<Half, Id> = Map::default();
-    let mut order: Vec<Half> = Vec::new();
+    let mut now: Map<PlaneWord, Id> = Map::default();
+    let mut order: Vec<PlaneWord> = Vec::new();
     let mut aborts: Vec<Id> = Vec::new();
     let mut puts: Vec<Put> = Vec::new();
     for tick in ticks {
@@ -99,9 +100,9 @@ fn compose(ticks: &[&Tick]) -> Option<Step> {
         let mut map: Map<Id, Id> = Map::default();
         let at = |out: &mut Graph, node: Id, map: &Map<Id, Id>| match g.op(node) {
             Op::Const(n) => out.constant(n),
-            Op::Load(half) => match now.get(&half) {
+            Op::Load(plane) => match now.get(&plane) {
                 Some(&node) => node,
-                None => out.load(half, g.may(node)),
+                None => out.load(plane, g.may(node)),
             },
             _ => map[&node],
         };
@@ -130,19 +131,19 @@ fn compose(ticks: &[&Tick]) -> Option<Step> {
                 let node = at(&mut out, store.node, &map);
                 abort(&out, node);
             }
-            made.push((store.half, at(&mut out, store.node, &map), store.compared));
+            made.push((store.plane, at(&mut out, store.node, &map), store.compared));
         }
         let mut compared = Vec::new();
-        for (half, node, observed) in made {
+        for (plane, node, observed) in made {
             if observed {
-                let old = match now.get(&half) {
+                let old = match now.get(&plane) {
                     Some(&node) => node,
-                    None => out.load(half, u64::MAX),
+                    None => out.load(plane, u64::MAX),
                 };
-                compared.push((half, old, node));
+                compared.push((plane, old, node));
             }
-            if now.insert(half, node).is_none() {
-                order.push(half);
+            if now.insert(plane, node).is_none() {
+                order.push(plane);
             }
         }
         for (_, old, node) in compared {
@@ -152,14 +153,14 @@ fn compose(ticks: &[&Tick]) -> Option<Step> {
             }
         }
     }
-    let stores = order.into_iter().map(|half| (half, now[&half]));
-    let stores = stores.filter(|&(half, node)| out.op(node) != Op::Load(half)).collect();
+    let stores = order.into_iter().map(|plane| (plane, now[&plane]));
+    let stores = stores.filter(|&(plane, node)| out.op(node) != Op::Load(plane)).collect();
     Some(Step { graph: out, stores, puts, aborts })
 }
 
-fn half(memory: &mut [Word], half: Half) -> &mut u64 {
-    let word = &mut memory[half as usize / 2];
-    if half.is_multiple_of(2) { &mut word.v } else { &mut word.u }
+fn word_of(memory: &mut [Word], plane: PlaneWord) -> &mut u64 {
+    let word = &mut memory[plane.slot().index()];
+    if plane.is_value() { &mut word.v } else { &mut word.u }
 }
 
 #[cfg(test)]

@@ -8,10 +8,11 @@
 
 use crate::cell::CellKind;
 use crate::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::compiled::ir::places::{PlaneWord, Slot};
 use crate::compiled::ir::plan::Chunk;
 use crate::compiled::ir::record::{Record, Traced};
 use crate::compiled::ir::stores::Put;
-use crate::compiled::ir::stores::{Half, Store};
+use crate::compiled::ir::stores::Store;
 use crate::compiled::lower::Lowered;
 use crate::compiled::lower::four::{Bits, Two};
 use crate::compiled::lower::layout::Kept;
@@ -41,9 +42,9 @@ pub(crate) struct Source<'s> {
     /// The nets that are kept.
     pub kept: &'s [Kept],
     /// Whether a slot of state may be unknown in the form.
-    pub allows: &'s dyn Fn(u32) -> bool,
+    pub allows: &'s dyn Fn(Slot) -> bool,
     /// The slot of the input, and what it becomes.
-    pub input: u32,
+    pub input: Slot,
     pub level: bool,
 }
 
@@ -51,19 +52,19 @@ struct Fuse<'s> {
     s: &'s Source<'s>,
     out: Graph,
     /// State that is not what memory has: its settled value.
-    state: Map<u32, Two>,
+    state: Map<Slot, Two>,
     /// What has been written into memories.
     puts: Vec<Put>,
     /// Unknown planes of new state that is taken to be known, and whether anything has read it.
-    alarms: Map<u32, (Id, bool)>,
+    alarms: Map<Slot, (Id, bool)>,
     /// For each node of the form its node here, in the present round.
     memo: Vec<Id>,
     /// Nodes that may have changed in the present round.
     affected: Vec<bool>,
     /// The nodes that load state.
-    loads: Map<Half, Id>,
+    loads: Map<PlaneWord, Id>,
     /// State that controls and loops have changed in the last round.
-    moved: Vec<u32>,
+    moved: Vec<Slot>,
     /// Nodes that are to be 0.
     aborts: Vec<Id>,
 }
@@ -84,8 +85,8 @@ pub(crate) fn fuse(source: &Source<'_>) -> Option<Tick> {
         aborts: Vec::new(),
     };
     for node in source.lowered.graph.ids() {
-        if let Op::Load(half) = source.lowered.graph.op(node) {
-            f.loads.insert(half, node);
+        if let Op::Load(plane) = source.lowered.graph.op(node) {
+            f.loads.insert(plane, node);
         }
     }
     f.run()
@@ -155,7 +156,7 @@ impl Fuse<'_> {
                     Part::Read(port) => self.port_reads(store, port, &written),
                     Part::Write(_) => continue,
                 };
-                for (slot, new) in (stored.slot..).zip(next) {
+                for (slot, new) in stored.slot.up().zip(next) {
                     let old = self.held(slot);
                     let new = Two { v: self.out.select(when, new.v, old.v), u: self.out.select(when, new.u, old.u) };
                     let new = self.known(slot, new);
@@ -212,7 +213,7 @@ impl Fuse<'_> {
         let place = wiring.memory_of[&stored.cell];
         let words = self.map_all(&lowered.next[store as usize].value);
         let controls = Controls { en: words[0], arst: words[1], srst: words[2], address: words[3] };
-        let held: Bits = (stored.slot..stored.slot + stored.words).map(|slot| self.held(slot)).collect();
+        let held: Bits = stored.slot.up().take(stored.words as usize).map(|slot| self.held(slot)).collect();
         let written: Vec<Written> = written.iter().filter(|w| w.0 == place).map(|w| w.1.clone()).collect();
         let puts = &self.puts;
         let read = Read { memory, contents: wiring.memories[place].contents, port: port as usize };
@@ -255,7 +256,7 @@ impl Fuse<'_> {
     }
 
     /// New state; where it is taken to be known, it is to be that, at least if anything reads it in this tick.
-    fn known(&mut self, slot: u32, new: Two) -> Two {
+    fn known(&mut self, slot: Slot, new: Two) -> Two {
         if (self.s.allows)(slot) {
             return new;
         }
@@ -275,24 +276,24 @@ impl Fuse<'_> {
     }
 
     /// Half a slot of state as it stands in this round.
-    fn half(&mut self, half: u32, may: u64) -> Id {
-        match self.state.get(&(half / 2)) {
+    fn load(&mut self, plane: PlaneWord, may: u64) -> Id {
+        match self.state.get(&plane.slot()) {
             Some(two) => {
-                if let Some(alarm) = self.alarms.get_mut(&(half / 2)) {
+                if let Some(alarm) = self.alarms.get_mut(&plane.slot()) {
                     alarm.1 = true;
                 }
-                if half.is_multiple_of(2) { two.v } else { two.u }
+                if plane.is_value() { two.v } else { two.u }
             }
-            None => self.out.load(half, may),
+            None => self.out.load(plane, may),
         }
     }
 
     /// State as it stands.
-    fn held(&mut self, slot: u32) -> Two {
+    fn held(&mut self, slot: Slot) -> Two {
         let wiring = self.s.wiring;
         let may = wiring.leaf_mask[(slot - wiring.leaves.start) as usize];
-        let v = self.half(2 * slot, may);
-        let u = if (self.s.allows)(slot) { self.half(2 * slot + 1, may) } else { self.out.constant(0) };
+        let v = self.load(slot.value(), may);
+        let u = if (self.s.allows)(slot) { self.load(slot.unknown(), may) } else { self.out.constant(0) };
         Two { v, u }
     }
 
@@ -310,7 +311,7 @@ impl Fuse<'_> {
             }
             let slot = wiring.slot[bit.net.index()].expect("clock pins are kept") + bit.lo / 64;
             let may = self.s.lowered.graph.may(node);
-            let word = self.half(2 * slot, may);
+            let word = self.load(slot.value(), may);
             self.out.bits(word, bit.lo % 64, 1)
         });
         let values = values.collect();
@@ -328,18 +329,18 @@ impl Fuse<'_> {
     }
 
     /// The nodes that depend on some slots of state.
-    fn spread(&self, changed: &[u32]) -> Vec<bool> {
+    fn spread(&self, changed: &[Slot]) -> Vec<bool> {
         let graph = &self.s.lowered.graph;
         let first = self.s.wiring.leaves.start;
         let mut is_changed = vec![false; self.s.wiring.leaves.len()];
-        let (state, contents): (Vec<u32>, Vec<u32>) =
-            changed.iter().partition(|slot| self.s.wiring.leaves.contains(slot));
+        let (state, contents): (Vec<Slot>, Vec<Slot>) =
+            changed.iter().partition(|slot| self.s.wiring.leaves.contains(**slot));
         state.iter().for_each(|&slot| is_changed[(slot - first) as usize] = true);
         let mut affected = vec![false; graph.len()];
         for node in graph.ids() {
             affected[node.index()] = match graph.op(node) {
                 Op::Const(_) => false,
-                Op::Load(half) => is_changed[(half / 2 - first) as usize],
+                Op::Load(plane) => is_changed[(plane.slot() - first) as usize],
                 Op::Element { slot, index, .. } => contents.contains(&slot) || affected[index.index()],
                 op => op.operands().any(|o| affected[o.index()]),
             };
@@ -348,7 +349,7 @@ impl Fuse<'_> {
     }
 
     /// Begins a round in which some slots of state have changed.
-    fn forget(&mut self, changed: &[u32]) {
+    fn forget(&mut self, changed: &[Slot]) {
         self.affected = self.spread(changed);
         let mut forgotten = self.affected.clone();
         // What controls and loops have made of the state changes no net any more: it has settled. But what has been
@@ -366,7 +367,7 @@ impl Fuse<'_> {
             if level.needs.iter().any(|&n| self.affected[n.index()]) {
                 continue;
             }
-            for (slot, two) in (level.slot..).zip(&level.value) {
+            for (slot, two) in level.slot.up().zip(&level.value) {
                 let held = self.held(slot);
                 for (node, value) in [(two.v, held.v), (two.u, held.u)] {
                     if !self.s.lowered.graph.op(node).is_leaf() {
@@ -383,14 +384,14 @@ impl Fuse<'_> {
         // what is kept and has not changed need not be computed
         for &Kept { net, .. } in self.s.kept {
             let slot = self.s.wiring.slot[net.index()].expect("what is kept has a place");
-            if self.s.wiring.leaves.contains(&slot) {
+            if self.s.wiring.leaves.contains(slot) {
                 continue;
             }
-            for (slot, two) in (slot..).zip(&self.s.lowered.nets[net.index()]) {
-                for (half, node) in [(2 * slot, two.v), (2 * slot + 1, two.u)] {
+            for (slot, two) in slot.up().zip(&self.s.lowered.nets[net.index()]) {
+                for (plane, node) in [(slot.value(), two.v), (slot.unknown(), two.u)] {
                     let graph = &self.s.lowered.graph;
                     if !ever[node.index()] && !graph.op(node).is_leaf() && self.memo[node.index()] == Id::NONE {
-                        self.memo[node.index()] = self.out.load(half, graph.may(node));
+                        self.memo[node.index()] = self.out.load(plane, graph.may(node));
                     }
                 }
             }
@@ -400,9 +401,9 @@ impl Fuse<'_> {
             if !level.needs.iter().any(|&n| self.affected[n.index()]) {
                 continue;
             }
-            for (slot, two) in (level.slot..).zip(&level.value) {
+            for (slot, two) in level.slot.up().zip(&level.value) {
                 // all of it is of the state before
-                let old = [2 * slot, 2 * slot + 1].map(|half| self.loads.get(&half).copied());
+                let old = [slot.value(), slot.unknown()].map(|plane| self.loads.get(&plane).copied());
                 let old = old.map(|node| node.map(|node| self.map(node)));
                 settled.push((slot, Two { v: self.map(two.v), u: self.map(two.u) }, old));
             }
@@ -437,7 +438,7 @@ impl Fuse<'_> {
             }
             stack.pop();
             let made = match op {
-                Op::Load(half) => self.half(half, graph.may(at)),
+                Op::Load(plane) => self.load(plane, graph.may(at)),
                 Op::Element { slot, index, size, plane } => {
                     let e = Element { slot, size, plane, may: graph.may(at) };
                     fetch_after(&mut self.out, &self.puts, e, self.memo[index.index()])
@@ -455,19 +456,19 @@ impl Fuse<'_> {
     /// What is left in memory.
     fn finish(&mut self, ever: &[bool]) -> Option<Tick> {
         let Source { lowered, wiring, kept, input, .. } = *self.s;
-        let mut observed: Map<u32, u32> = Map::default();
+        let mut observed: Map<Slot, u32> = Map::default();
         let mut stores: Vec<Store> = Vec::new();
-        let store = |node, half, observed: Option<u32>| Store {
+        let store = |node, plane, observed: Option<u32>| Store {
             observed,
             compared: observed.is_some(),
-            ..Store::plain(node, half)
+            ..Store::plain(node, plane)
         };
         let mut traced: Vec<Traced> = Vec::new();
         for k in kept {
             let (net, bit) = (k.net, k.observed.filter(|_| k.stops));
             let slot = wiring.slot[net.index()].expect("what is kept has a place");
             let values = &lowered.nets[net.index()];
-            let is_leaf = wiring.leaves.contains(&slot);
+            let is_leaf = wiring.leaves.contains(slot);
             if k.traced {
                 traced.extend((0..).zip(values).map(|(word, two)| {
                     let known = if is_leaf { !(self.s.allows)(slot + word) } else { lowered.graph.is(two.u, 0) };
@@ -480,35 +481,35 @@ impl Fuse<'_> {
                 }
                 continue;
             }
-            for (slot, two) in (slot..).zip(values) {
-                for (half, node) in [(2 * slot, two.v), (2 * slot + 1, two.u)] {
+            for (slot, two) in slot.up().zip(values) {
+                for (plane, node) in [(slot.value(), two.v), (slot.unknown(), two.u)] {
                     if ever[node.index()] {
                         let node = self.map(node);
-                        stores.push(store(node, half, bit));
+                        stores.push(store(node, plane, bit));
                     }
                 }
             }
         }
-        let mut state: Vec<(u32, Two)> = self.state.iter().map(|(&slot, &two)| (slot, two)).collect();
+        let mut state: Vec<(Slot, Two)> = self.state.iter().map(|(&slot, &two)| (slot, two)).collect();
         state.sort_unstable_by_key(|s| s.0);
         for (slot, two) in state.into_iter().filter(|s| s.0 != input) {
             let bit = observed.get(&slot).copied();
-            let is_old = |node: Id, half: u32| self.out.op(node) == Op::Load(half);
-            if !is_old(two.v, 2 * slot) {
-                stores.push(store(two.v, 2 * slot, bit));
+            let is_old = |node: Id, plane: PlaneWord| self.out.op(node) == Op::Load(plane);
+            if !is_old(two.v, slot.value()) {
+                stores.push(store(two.v, slot.value(), bit));
             }
-            if !is_old(two.u, 2 * slot + 1) && (self.s.allows)(slot) {
-                stores.push(store(two.u, 2 * slot + 1, bit));
+            if !is_old(two.u, slot.unknown()) && (self.s.allows)(slot) {
+                stores.push(store(two.u, slot.unknown(), bit));
             }
         }
-        let mut alarms: Vec<(u32, (Id, bool))> = self.alarms.drain().collect();
+        let mut alarms: Vec<(Slot, (Id, bool))> = self.alarms.drain().collect();
         alarms.sort_unstable_by_key(|a| a.0);
         for (slot, (u, read)) in alarms {
             // what is written down of it is its value plane alone
             if read || traced.iter().any(|t| t.slot == slot) {
                 self.abort_if(u);
             } else {
-                stores.push(Store { alarm: true, ..store(u, 2 * slot + 1, observed.get(&slot).copied()) });
+                stores.push(Store { alarm: true, ..store(u, slot.unknown(), observed.get(&slot).copied()) });
             }
         }
         let record = Record::new(traced, &stores, input, self.s.level);

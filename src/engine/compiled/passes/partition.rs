@@ -5,8 +5,9 @@
 //! for a later one is stored and compared; only a change wakes the later one.
 
 use crate::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::compiled::ir::places::{PlaneWord, Slot};
 use crate::compiled::ir::plan::{Chunk, Plan, Root};
-use crate::compiled::ir::stores::{Half, Store};
+use crate::compiled::ir::stores::Store;
 
 const NONE: u32 = u32::MAX;
 
@@ -62,7 +63,7 @@ pub(crate) fn partition(
     settling: &[Root],
     sampled: &[Root],
     limit: usize,
-    mut fresh: impl FnMut() -> Half,
+    mut fresh: impl FnMut() -> PlaneWord,
 ) -> Plan {
     let mut w = Walk { graph, chunk_of: vec![NONE; graph.len()], plan: Plan::default(), limit, group: None };
     let mut stack = Vec::new();
@@ -93,10 +94,10 @@ pub(crate) fn partition(
     let Walk { chunk_of, mut plan, .. } = w;
     // what is used in a later chunk, and by which
     let mut uses: Map<Id, Vec<u32>> = Map::default();
-    let mut used = |node: Id, by: u32, readers: &mut Map<u32, Vec<u32>>| {
+    let mut used = |node: Id, by: u32, readers: &mut Map<Slot, Vec<u32>>| {
         let list = match graph.op(node) {
             Op::Const(_) => return,
-            Op::Load(half) => readers.entry(half / 2).or_default(),
+            Op::Load(plane) => readers.entry(plane.slot()).or_default(),
             _ if chunk_of[node.index()] == by => return,
             _ => uses.entry(node).or_default(),
         };
@@ -119,7 +120,7 @@ pub(crate) fn partition(
     for (chunk, root) in &placed {
         used(root.node, *chunk, &mut plan.readers);
         if root.state {
-            plan.readers.entry(root.half / 2).or_default().push(*chunk);
+            plan.readers.entry(root.plane.slot()).or_default().push(*chunk);
         }
     }
     for list in uses.values_mut().chain(plan.readers.values_mut()) {
@@ -130,25 +131,25 @@ pub(crate) fn partition(
         let own = chunk_of[root.node.index()] == chunk;
         let mut wakes = Vec::new();
         if root.shared && own && !plan.place.contains_key(&root.node) {
-            plan.place.insert(root.node, root.half);
+            plan.place.insert(root.node, root.plane);
             wakes = uses.get(&root.node).cloned().unwrap_or_default();
         }
         // state that a control changes at once is read as state too
-        for &reader in plan.readers.get(&(root.half / 2)).map_or(&[][..], Vec::as_slice) {
+        for &reader in plan.readers.get(&root.plane.slot()).map_or(&[][..], Vec::as_slice) {
             if !wakes.contains(&reader) {
                 wakes.push(reader);
             }
         }
         let compared = root.observed.is_some() || !wakes.is_empty();
-        let Root { node, half, observed, alarm, again, .. } = root;
-        plan.chunks[chunk as usize].stores.push(Store { node, half, observed, alarm, compared, wakes, again });
+        let Root { node, plane, observed, alarm, again, .. } = root;
+        plan.chunks[chunk as usize].stores.push(Store { node, plane, observed, alarm, compared, wakes, again });
     }
     let mut rest: Vec<(Id, Vec<u32>)> = uses.into_iter().filter(|(node, _)| !plan.place.contains_key(node)).collect();
     rest.sort_unstable_by_key(|(node, _)| *node);
     for (node, wakes) in rest {
-        let half = fresh();
-        plan.place.insert(node, half);
-        let store = Store { compared: true, wakes, ..Store::plain(node, half) };
+        let plane = fresh();
+        plan.place.insert(node, plane);
+        let store = Store { compared: true, wakes, ..Store::plain(node, plane) };
         plan.chunks[chunk_of[node.index()] as usize].stores.push(store);
     }
     plan

@@ -8,9 +8,10 @@
 //! come out alike and share their code (`same`).
 
 use crate::compiled::ir::graph::{Id, Map, Op};
+use crate::compiled::ir::places::{PlaneWord, Slot};
 use crate::compiled::ir::plan::{Chunk, Plan};
 use crate::compiled::ir::stores::Put;
-use crate::compiled::ir::stores::{Half, Store};
+use crate::compiled::ir::stores::Store;
 use crate::compiled::passes::components::parts;
 use crate::compiled::passes::edge::Tick;
 
@@ -27,7 +28,7 @@ struct Split<'t> {
 }
 
 /// Pieces of a tick, of about `limit` nodes each, and where what they leave each other lies. `fresh` gives places.
-pub(crate) fn split(tick: &Tick, limit: usize, mut fresh: impl FnMut() -> Half) -> Plan {
+pub(crate) fn split(tick: &Tick, limit: usize, mut fresh: impl FnMut() -> PlaneWord) -> Plan {
     let mut s = Split { tick, limit, piece: vec![NONE; tick.graph.len()], pieces: vec![Chunk::default()] };
     let (stores, puts, aborts) = (&tick.chunk.stores, &tick.chunk.puts, &tick.chunk.aborts);
     let parts = parts(tick, limit / APART);
@@ -46,14 +47,14 @@ pub(crate) fn split(tick: &Tick, limit: usize, mut fresh: impl FnMut() -> Half) 
     s.wait(&mut store_at, &mut put_at);
     let Split { piece, mut pieces, .. } = s;
     // what is used in a later piece than its own
-    let mut place: Map<Id, Half> = Map::default();
+    let mut place: Map<Id, PlaneWord> = Map::default();
     let mut lay = |node: Id, by: u32, pieces: &mut Vec<Chunk>| {
         if tick.graph.op(node).is_leaf() || piece[node.index()] == by || place.contains_key(&node) {
             return;
         }
-        let half = fresh();
-        place.insert(node, half);
-        pieces[piece[node.index()] as usize].stores.push(Store::plain(node, half));
+        let plane = fresh();
+        place.insert(node, plane);
+        pieces[piece[node.index()] as usize].stores.push(Store::plain(node, plane));
     };
     for by in 0..pieces.len() as u32 {
         let nodes = std::mem::take(&mut pieces[by as usize].nodes);
@@ -130,12 +131,12 @@ impl Split<'_> {
 
     /// Puts off what is written until all that reads it has run.
     fn wait(&self, store_at: &mut [u32], put_at: &mut [u32]) {
-        let mut loads: Map<Half, u32> = Map::default();
-        let mut elements: Map<u32, u32> = Map::default();
+        let mut loads: Map<PlaneWord, u32> = Map::default();
+        let mut elements: Map<Slot, u32> = Map::default();
         let graph = &self.tick.graph;
-        let note = |loads: &mut Map<Half, u32>, node: Id, at: u32| match graph.op(node) {
-            Op::Load(half) => {
-                let last = loads.entry(half).or_default();
+        let note = |loads: &mut Map<PlaneWord, u32>, node: Id, at: u32| match graph.op(node) {
+            Op::Load(plane) => {
+                let last = loads.entry(plane).or_default();
                 let later = at > *last;
                 *last = at.max(*last);
                 later
@@ -165,7 +166,7 @@ impl Split<'_> {
                 }
             }
             for (store, at) in self.tick.chunk.stores.iter().zip(store_at.iter_mut()) {
-                let last = loads.get(&store.half).copied().unwrap_or_default();
+                let last = loads.get(&store.plane).copied().unwrap_or_default();
                 moved |= *at < last;
                 *at = (*at).max(last);
                 moved |= note(&mut loads, store.node, *at);

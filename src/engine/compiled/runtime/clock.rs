@@ -1,6 +1,7 @@
 //! Ticks in one piece of code, and what they leave to the waves.
 
 use crate::Unsettled;
+use crate::compiled::ir::places::Slot;
 use crate::compiled::passes::cycle::SHORT;
 use crate::compiled::runtime::tracing::Times;
 use crate::compiled::runtime::variants::{PIECE, Wanted};
@@ -11,9 +12,9 @@ impl CompiledEngine<'_> {
     /// Changes an input of one bit to and fro, up to `most` times (which is odd, or it goes back to where it was), until
     /// an observed net changes, in one piece. `at` is when it does so first and how long it then stays 0 and 1. How many
     /// times it did, and whether it can do so at all.
-    pub(crate) fn ticks(&mut self, slot: u32, level: bool, most: u64, at: Times) -> Option<u64> {
-        let number = self.current.filter(|_| !self.alarmed && !self.touched && self.shared.changed != 0)?;
-        if self.memory[slot as usize] != Word::known((!level).into()) {
+    pub(crate) fn ticks(&mut self, slot: Slot, level: bool, most: u64, at: Times) -> Option<u64> {
+        let number = self.current.filter(|_| !self.alarmed && !self.touched && self.prepared)?;
+        if self.memory[slot.index()] != Word::known((!level).into()) {
             return None;
         }
         let form = &mut self.forms[number];
@@ -40,10 +41,12 @@ impl CompiledEngine<'_> {
             let rounds = room.min(most / 2);
             let packed = match rounds {
                 // what is traced is written down by the ticks
-                SHORT.. if self.shared.log == 0 => made.period(&buses, self.chunk * PIECE, &mut end).map_or(0, |p| {
-                    self.memory.resize(end as usize, Word::ZERO);
-                    p.run(&mut self.memory, rounds)
-                }),
+                SHORT.. if self.shared.log.is_none() => {
+                    made.period(&buses, self.chunk * PIECE, &mut end).map_or(0, |p| {
+                        self.memory.resize(end as usize, Word::ZERO);
+                        p.run(&mut self.memory, rounds)
+                    })
+                }
                 _ => 0,
             };
             self.report.packed += 2 * packed;
@@ -63,10 +66,10 @@ impl CompiledEngine<'_> {
         self.aborted = 0;
         self.peeked.clear();
         let level = level ^ (done % 2 == 0);
-        self.memory[slot as usize] = Word::known(level.into());
+        self.memory[slot.index()] = Word::known(level.into());
         self.stale = true;
         for (watch, &(slot, shift)) in self.watches.iter_mut().zip(&self.pin_places) {
-            *watch = bit_of(self.memory[slot as usize], shift);
+            *watch = bit_of(self.memory[slot.index()], shift);
         }
         if observed.is_some() {
             self.list_change(net);
@@ -81,7 +84,7 @@ impl CompiledEngine<'_> {
     }
 
     /// One wave after an input of one bit has changed.
-    pub(crate) fn tick(&mut self, slot: u32, level: bool) -> Result<(), Unsettled> {
+    pub(crate) fn tick(&mut self, slot: Slot, level: bool) -> Result<(), Unsettled> {
         let at = Times { first: self.now, low: 0, high: 0 };
         if self.ticks(slot, level, 1, at).is_none() {
             self.put_input(slot, Word::known(level.into()));

@@ -2,7 +2,7 @@
 
 use crate::cell::memory::{ReadControls, Written, merged};
 use crate::cell::{CellKind, Memory};
-use crate::compiled::runtime::{CompiledEngine, half};
+use crate::compiled::runtime::{CompiledEngine, word_of};
 use crate::netlist::{CellId, Netlist};
 use crate::value::Word;
 use crate::value::word::{extract, words};
@@ -37,7 +37,7 @@ impl CompiledEngine<'_> {
                 memory.write(w.address, w.data, w.enable, |at, bits, word| puts.push((at, bits, word)));
             }
             for (s, new) in taken {
-                for (slot, word) in (s.slot..).zip(new) {
+                for (slot, word) in s.slot.up().zip(new) {
                     let word = self.fixed(slot, word);
                     self.put(slot, s.net, word);
                 }
@@ -58,9 +58,9 @@ impl CompiledEngine<'_> {
     pub(crate) fn port_reads(&self, s: Stored, ports: &[u32]) -> Vec<Word> {
         let memory = memory_of(self.netlist, s.cell);
         let Part::Read(port) = s.part else { unreachable!("it reads") };
-        let stage = &self.memory[s.stage as usize..];
+        let stage = &self.memory[s.stage.index()..];
         let c = ReadControls { en: stage[0], arst: stage[1], srst: stage[2] };
-        let mut q = self.memory[s.slot as usize..][..s.words as usize].to_vec();
+        let mut q = self.memory[s.slot.index()..][..s.words as usize].to_vec();
         let contents = self.contents(s.cell).expect("it is a memory");
         memory.clocked(port as usize, contents, c, stage[3], self.written(memory, ports), &mut q);
         q
@@ -72,12 +72,12 @@ impl CompiledEngine<'_> {
             let place = &self.wiring.memories[i];
             let memory = memory_of(self.netlist, place.cell);
             if let Some(given) = from.contents(place.cell) {
-                self.memory[place.contents as usize..][..place.len as usize].copy_from_slice(given);
+                self.memory[place.contents.index()..][..place.len as usize].copy_from_slice(given);
             }
             let q = from.read(self.netlist.output(place.cell, 0));
             for (port, slot) in (0..).zip(&place.ports) {
                 let Some(slot) = *slot else { continue };
-                let to = &mut self.memory[slot as usize..][..words(memory.width)];
+                let to = &mut self.memory[slot.index()..][..words(memory.width)];
                 extract(to, q, port * memory.width, memory.width);
             }
         }
@@ -87,7 +87,7 @@ impl CompiledEngine<'_> {
     #[must_use]
     pub fn contents(&self, cell: CellId) -> Option<&[Word]> {
         let place = &self.wiring.memories[*self.wiring.memory_of.get(&cell)?];
-        Some(&self.memory[place.contents as usize..][..place.len as usize])
+        Some(&self.memory[place.contents.index()..][..place.len as usize])
     }
 
     /// What the write ports among some of a memory write.
@@ -96,7 +96,7 @@ impl CompiledEngine<'_> {
         ports.iter().filter_map(move |&number| {
             let s = self.stored(number);
             let Part::Write(port) = s.part else { return None };
-            let stage = &self.memory[s.stage as usize..][..1 + 2 * n];
+            let stage = &self.memory[s.stage.index()..][..1 + 2 * n];
             let (data, enable) = stage[1..].split_at(n);
             Some(Written { port: port as usize, address: stage[0], data, enable })
         })
@@ -105,7 +105,7 @@ impl CompiledEngine<'_> {
     /// Changes words of the contents of a memory; wakes what reads them.
     fn write(&mut self, cell: CellId, puts: &[(usize, u64, Word)]) {
         let number = self.wiring.memory_of[&cell];
-        let first = self.wiring.memories[number].contents as usize;
+        let first = self.wiring.memories[number].contents.index();
         let mut changed = false;
         for &(at, bits, new) in puts {
             let to = &mut self.memory[first + at];
@@ -114,7 +114,7 @@ impl CompiledEngine<'_> {
         }
         if let Some(form) = self.current.filter(|_| changed).map(|n| &self.forms[n]) {
             for &(word, bits) in &form.memory_wakes[number] {
-                *half(&mut self.memory, form.dirty + word) |= bits;
+                *word_of(&mut self.memory, form.dirty + word) |= bits;
             }
         }
     }

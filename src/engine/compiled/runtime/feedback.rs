@@ -118,7 +118,7 @@ pub(crate) fn places<'a>(
     let pins = move |&cell: &CellId| (0..netlist.cell(cell).kind.outputs().len()).map(move |pin| (cell, pin));
     cells.iter().flat_map(pins).map(move |(cell, pin)| {
         let net = netlist.output(cell, pin);
-        let slot = wiring.slot[net.index()].expect("what loops have has a place") as usize;
+        let slot = wiring.slot[net.index()].expect("what loops have has a place").index();
         (net, slot..slot + words(netlist.net(net).width))
     })
 }

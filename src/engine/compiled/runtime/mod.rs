@@ -13,6 +13,7 @@ pub(crate) mod variants;
 use crate::cell::{CellKind, Clock};
 use crate::compiled::CompileError;
 use crate::compiled::codegen;
+use crate::compiled::ir::places::{PlaneWord, Slot};
 use crate::compiled::lower::{layout, support};
 use crate::netlist::{NetId, Netlist};
 use crate::value::Word;
@@ -54,6 +55,8 @@ pub struct CompiledEngine<'n> {
     tracing: Tracing,
     /// Where the bits of observed nets that have changed begin; set when a form is made.
     shared: Shared,
+    /// Whether everything that is observed has a place, and the variants were made for it.
+    prepared: bool,
     forms: Vec<Form>,
     current: Option<usize>,
     /// The state holds what the current form takes to be known, and is not.
@@ -61,7 +64,7 @@ pub struct CompiledEngine<'n> {
     /// Ticks in one piece have run, which do not keep what chunks leave each other.
     stale: bool,
     /// An input of one bit that changes at the next wave.
-    pending: Option<(u32, bool)>,
+    pending: Option<(Slot, bool)>,
     /// How often in turn a tick could not be made in one piece.
     aborted: u32,
     /// Something has been written since the last wave.
@@ -72,8 +75,8 @@ pub struct CompiledEngine<'n> {
     /// Whether the circuit has not settled yet: what nets become until then is no edge.
     first: bool,
     /// Slot and shift of each clock pin and of each control bit.
-    pin_places: Vec<(u32, u32)>,
-    control_places: Vec<(u32, u32)>,
+    pin_places: Vec<(Slot, u32)>,
+    control_places: Vec<(Slot, u32)>,
     control_seen: Vec<bool>,
     reported: Vec<bool>,
     unknown_controls: Vec<UnknownControl>,
@@ -91,7 +94,7 @@ pub struct CompiledEngine<'n> {
     now: u64,
     started: bool,
     /// A slot that was unknown when last looked for, and how long that has gone on.
-    last_unknown: u32,
+    last_unknown: Slot,
     patience: u64,
     looks: Looks,
     report: EngineReport,
@@ -99,7 +102,7 @@ pub struct CompiledEngine<'n> {
 
 #[derive(Debug)]
 struct Source {
-    slot: u32,
+    slot: Slot,
     clock: Clock,
     high: bool,
     next: u64,
@@ -148,7 +151,8 @@ impl<'n> CompiledEngine<'n> {
             observed_nets: Vec::new(),
             stops: Vec::new(),
             tracing: Tracing::default(),
-            shared: Shared { alarm: 0, changed: 0, dirty: 0, log: 0 },
+            shared: Shared::default(),
+            prepared: false,
             forms: Vec::new(),
             current: None,
             alarmed: false,
@@ -205,7 +209,7 @@ impl<'n> CompiledEngine<'n> {
             let net = engine.wiring.leaf_net[i];
             let slot = engine.wiring.leaves.start + i as u32;
             let Some(first) = engine.wiring.slot[net.index()] else { continue };
-            engine.memory[slot as usize] = from.read(net)[(slot - first) as usize];
+            engine.memory[slot.index()] = from.read(net)[(slot - first) as usize];
         }
         engine.take_contents(from);
         engine.now = from.now();
@@ -254,7 +258,7 @@ impl<'n> CompiledEngine<'n> {
         for &(net, _) in &nets {
             self.place(net);
         }
-        self.shared.changed = self.memory.len() as u32 * 2;
+        self.shared.changed = Slot::at(self.memory.len()).value();
         self.memory.extend((0..self.observed_nets.len().div_ceil(128)).map(|_| Word::ZERO));
         self.prepare_log();
         let kept = |(net, always): (NetId, bool)| {
@@ -264,16 +268,17 @@ impl<'n> CompiledEngine<'n> {
         };
         self.kept = nets.into_iter().map(kept).collect();
         let place =
-            |b: layout::Bit, slot: &[Option<u32>]| (slot[b.net.index()].expect("it is kept") + b.lo / 64, b.lo % 64);
+            |b: layout::Bit, slot: &[Option<Slot>]| (slot[b.net.index()].expect("it is kept") + b.lo / 64, b.lo % 64);
         self.pin_places = self.wiring.pins.iter().map(|p| place(p.bit, &self.wiring.slot)).collect();
         self.control_places = self.wiring.controls.iter().map(|c| place(c.0, &self.wiring.slot)).collect();
         self.forms.clear();
         self.current = None;
+        self.prepared = true;
     }
 
     /// The number of a net whose changes are to be found out. Code is made anew for it at the next wave.
     fn watch(&mut self, net: NetId) -> usize {
-        self.shared.changed = 0;
+        self.prepared = false;
         if let Some(bit) = self.observed[net.index()] {
             return bit as usize;
         }
@@ -292,7 +297,7 @@ impl<'n> CompiledEngine<'n> {
     fn place(&mut self, net: NetId) {
         if self.wiring.slot[net.index()].is_none() {
             let now = if self.started { self.read(net).to_vec() } else { layout::initial(self.netlist, net) };
-            self.wiring.slot[net.index()] = Some(self.memory.len() as u32);
+            self.wiring.slot[net.index()] = Some(Slot::at(self.memory.len()));
             self.memory.extend(now);
         }
     }
@@ -301,7 +306,7 @@ impl<'n> CompiledEngine<'n> {
         !(self.changes.is_empty() && self.unknown_controls.is_empty())
     }
 
-    fn put_input(&mut self, slot: u32, new: Word) {
+    fn put_input(&mut self, slot: Slot, new: Word) {
         self.touched = true;
         let net = self.wiring.leaf_net[(slot - self.wiring.leaves.start) as usize];
         self.put(slot, net, new);
@@ -358,7 +363,7 @@ impl Engine for CompiledEngine<'_> {
         // an input of one bit that changes alone may be a tick
         if let (false, 1, &[new]) = (self.touched, self.netlist.net(net).width, value)
             && new.is_known()
-            && self.memory[slot as usize] == Word::known(new.v ^ 1)
+            && self.memory[slot.index()] == Word::known(new.v ^ 1)
         {
             self.pending = Some((slot, new.v == 1));
             return;
@@ -425,13 +430,13 @@ impl Engine for CompiledEngine<'_> {
 
 /// Half a slot.
 #[inline(always)]
-pub(crate) fn half(memory: &mut [Word], half: u32) -> &mut u64 {
-    let word = &mut memory[half as usize / 2];
-    if half.is_multiple_of(2) { &mut word.v } else { &mut word.u }
+pub(crate) fn word_of(memory: &mut [Word], plane: PlaneWord) -> &mut u64 {
+    let word = &mut memory[plane.slot().index()];
+    if plane.is_value() { &mut word.v } else { &mut word.u }
 }
 
-pub(crate) fn set_bit(memory: &mut [Word], first: u32, bit: u32) {
-    *half(memory, first + bit / 64) |= 1 << (bit % 64);
+pub(crate) fn set_bit(memory: &mut [Word], first: PlaneWord, bit: u32) {
+    *word_of(memory, first + bit / 64) |= 1 << (bit % 64);
 }
 
 #[inline(always)]

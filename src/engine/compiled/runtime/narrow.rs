@@ -4,6 +4,7 @@
 //! is made when what is unknown has not become less for a while, and made anew when that is less after all: looks for it
 //! are twice as far from each other each time, so that they and the forms cost little of a long run.
 
+use crate::compiled::ir::places::{Slot, Slots};
 use crate::compiled::runtime::{CompiledEngine, PATIENCE};
 
 /// The part of what a form takes to be unknown, as one in so many, for which a narrower form is made.
@@ -29,15 +30,16 @@ impl Looks {
 
 impl CompiledEngine<'_> {
     /// The first unknown slot of state from a place on, round to it.
-    pub(crate) fn find_unknown(&self) -> Option<u32> {
-        let leaves = self.wiring.leaves.clone();
-        let is = |&slot: &u32| self.memory[slot as usize].u != 0;
-        (self.last_unknown..leaves.end).find(is).or_else(|| (leaves.start..self.last_unknown).find(is))
+    pub(crate) fn find_unknown(&self) -> Option<Slot> {
+        let Slots { start, end } = self.wiring.leaves;
+        let is = |&slot: &Slot| self.memory[slot.index()].u != 0;
+        let find = |start, end| Slots { start, end }.iter().find(is);
+        find(self.last_unknown, end).or_else(|| find(start, self.last_unknown))
     }
 
     /// All unknown slots of state.
-    pub(crate) fn all_unknown(&self) -> Vec<u32> {
-        self.wiring.leaves.clone().filter(|&slot| self.memory[slot as usize].u != 0).collect()
+    pub(crate) fn all_unknown(&self) -> Vec<Slot> {
+        self.wiring.leaves.iter().filter(|&slot| self.memory[slot.index()].u != 0).collect()
     }
 
     /// Goes over to a faster form if there is one for what has become known.

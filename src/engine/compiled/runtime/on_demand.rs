@@ -40,10 +40,10 @@ impl<'a> Held<'a> {
             Keeps::All => true,
             Keeps::These(list) => list[net.index()],
         };
-        if !keeps && !self.wiring.leaves.contains(&slot) {
+        if !keeps && !self.wiring.leaves.contains(slot) {
             return None;
         }
-        Some(&self.memory[slot as usize..][..words(self.netlist.net(net).width)])
+        Some(&self.memory[slot.index()..][..words(self.netlist.net(net).width)])
     }
 
     /// The cell that drives a net, which is no input.
@@ -227,8 +227,8 @@ impl Peeked {
         };
         let mut q = vec![Word::ZERO; words(m.width)];
         match place.ports[port as usize] {
-            Some(slot) => q.copy_from_slice(&h.memory[slot as usize..][..words(m.width)]),
-            None => m.read(&h.memory[place.contents as usize..][..place.len as usize], one(RD_ADDR, m.abits), &mut q),
+            Some(slot) => q.copy_from_slice(&h.memory[slot.index()..][..words(m.width)]),
+            None => m.read(&h.memory[place.contents.index()..][..place.len as usize], one(RD_ADDR, m.abits), &mut q),
         }
         m.reset(port as usize, one(RD_ARST, 1), &mut q);
         q

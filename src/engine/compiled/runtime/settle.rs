@@ -1,9 +1,10 @@
 //! Waves: which form runs, chunks in order, edges and what is taken at them.
 
+use crate::compiled::ir::places::Slot;
 use crate::compiled::lower::layout::Part;
 use crate::compiled::runtime::narrow::Looks;
 use crate::compiled::runtime::variants::Form;
-use crate::compiled::runtime::{CompiledEngine, STEPS_COMPILED, bit_of, codegen, feedback, half, set_bit};
+use crate::compiled::runtime::{CompiledEngine, STEPS_COMPILED, bit_of, codegen, feedback, set_bit, word_of};
 use crate::netlist::NetId;
 use crate::value::Word;
 use crate::{UnknownControl, Unsettled, endless};
@@ -13,7 +14,7 @@ const ENDLESS: u32 = u32::MAX;
 
 impl CompiledEngine<'_> {
     /// The number of a form in which these slots of state may be unknown, or all.
-    pub(crate) fn form(&mut self, unknown: Option<Vec<u32>>) -> usize {
+    pub(crate) fn form(&mut self, unknown: Option<Vec<Slot>>) -> usize {
         if let Some(found) = self.forms.iter().position(|f| f.unknown == unknown) {
             return found;
         }
@@ -34,9 +35,9 @@ impl CompiledEngine<'_> {
         self.stale = false;
         self.memory[0] = Word::ZERO;
         let form = &self.forms[number];
-        for &(half, value, observed) in &form.constants {
-            let word = &mut self.memory[half as usize / 2];
-            let plane = if half.is_multiple_of(2) { &mut word.v } else { &mut word.u };
+        for &(plane, value, observed) in &form.constants {
+            let word = &mut self.memory[plane.slot().index()];
+            let plane = if plane.is_value() { &mut word.v } else { &mut word.u };
             if std::mem::replace(plane, value) != value
                 && let Some(bit) = observed
             {
@@ -45,7 +46,7 @@ impl CompiledEngine<'_> {
         }
         for chunk in 0..form.machine.len() {
             let (word, bit) = codegen::dirty_bit(form.settling, chunk as u32);
-            *half(&mut self.memory, form.dirty + word) |= bit;
+            *word_of(&mut self.memory, form.dirty + word) |= bit;
         }
         // what this form takes to be known is
         for i in 0..self.control_seen.len() {
@@ -82,7 +83,7 @@ impl CompiledEngine<'_> {
         for word in 0..n.div_ceil(64) {
             let at = form.dirty + (first + word) as u32;
             loop {
-                let bits = half(&mut self.memory, at);
+                let bits = word_of(&mut self.memory, at);
                 if *bits == 0 {
                     break;
                 }
@@ -97,7 +98,7 @@ impl CompiledEngine<'_> {
                     let runs = &mut self.loop_runs[group as usize];
                     if *runs == ENDLESS {
                         // it has run once more, for those that read what it computes
-                        *half(&mut self.memory, at) &= !codegen::dirty_bit(form.settling, number as u32).1;
+                        *word_of(&mut self.memory, at) &= !codegen::dirty_bit(form.settling, number as u32).1;
                         continue;
                     }
                     *runs += 1;
@@ -105,22 +106,22 @@ impl CompiledEngine<'_> {
                         // it may never settle: that is found out step by step
                         *runs = 0;
                         let bit = codegen::dirty_bit(form.settling, number as u32).1;
-                        *half(&mut self.memory, at) &= !bit;
+                        *word_of(&mut self.memory, at) &= !bit;
                         let settled = self.steps.run(self.netlist, &self.wiring, &mut self.memory, group as usize);
                         // from what they came to the code goes on
                         for (_, slots) in
                             feedback::places(self.netlist, &self.wiring, &self.wiring.loops[group as usize])
                         {
                             for slot in slots {
-                                for &(word, bits) in form.wakes(slot as u32) {
-                                    *half(&mut self.memory, form.dirty + word) |= bits;
+                                for &(word, bits) in form.wakes(Slot::at(slot)) {
+                                    *word_of(&mut self.memory, form.dirty + word) |= bits;
                                 }
-                                if !form.allows(slot as u32) {
+                                if !form.allows(Slot::at(slot)) {
                                     self.memory[0].v |= self.memory[slot].u;
                                 }
                             }
                         }
-                        *half(&mut self.memory, at) |= bit;
+                        *word_of(&mut self.memory, at) |= bit;
                         if let Err(nets) = settled {
                             // what keeps changing is x by now
                             self.loop_runs[group as usize] = ENDLESS;
@@ -138,8 +139,8 @@ impl CompiledEngine<'_> {
 
     /// Writes a slot of state; if that changes it, wakes what reads it.
     #[inline(always)]
-    pub(crate) fn put(&mut self, slot: u32, net: NetId, new: Word) -> bool {
-        let at = &mut self.memory[slot as usize];
+    pub(crate) fn put(&mut self, slot: Slot, net: NetId, new: Word) -> bool {
+        let at = &mut self.memory[slot.index()];
         if *at == new {
             return false;
         }
@@ -147,7 +148,7 @@ impl CompiledEngine<'_> {
         if let Some(number) = self.current {
             let form = &self.forms[number];
             for &(word, bits) in form.wakes(slot) {
-                *half(&mut self.memory, form.dirty + word) |= bits;
+                *word_of(&mut self.memory, form.dirty + word) |= bits;
             }
             self.alarmed |= new.u != 0 && !form.allows(slot);
         }
@@ -196,7 +197,7 @@ impl CompiledEngine<'_> {
     pub(crate) fn edges(&mut self) {
         self.active.clear();
         for (i, &(slot, shift)) in self.pin_places.iter().enumerate() {
-            let new = bit_of(self.memory[slot as usize], shift);
+            let new = bit_of(self.memory[slot.index()], shift);
             if self.watches[i] == new {
                 continue;
             }
@@ -235,7 +236,7 @@ impl CompiledEngine<'_> {
                 continue;
             }
             for k in 0..s.words {
-                let mut new = self.memory[(s.stage + k) as usize];
+                let mut new = self.memory[(s.stage + k).index()];
                 if !none_fixed {
                     new = self.fixed(s.slot + k, new);
                 }
@@ -245,10 +246,10 @@ impl CompiledEngine<'_> {
     }
 
     /// What asynchronous controls make of a word that is sampled, where that is a constant.
-    pub(crate) fn fixed(&self, slot: u32, mut new: Word) -> Word {
+    pub(crate) fn fixed(&self, slot: Slot, mut new: Word) -> Word {
         let form = &self.forms[self.current.expect("there is a form")];
-        for &(half, value) in form.fixed.iter().filter(|f| f.0 / 2 == slot) {
-            if half % 2 == 0 {
+        for &(plane, value) in form.fixed.iter().filter(|f| f.0.slot() == slot) {
+            if plane.is_value() {
                 new.v = value;
             } else if form.allows(slot) {
                 new.u = value;
@@ -263,7 +264,7 @@ impl CompiledEngine<'_> {
         if let Some((slot, level)) = self.pending.take() {
             self.put_input(slot, Word::known(level.into()));
         }
-        if self.shared.changed == 0 {
+        if !self.prepared {
             self.prepare();
         }
         self.started = true;
@@ -312,8 +313,8 @@ impl CompiledEngine<'_> {
 
     /// Where state and the contents of memories lie, which follow it.
     fn held(&self) -> std::ops::Range<usize> {
-        let end = self.wiring.memories.iter().map(|m| m.contents + m.len).max().unwrap_or(0);
-        self.wiring.leaves.start as usize..self.wiring.leaves.end.max(end) as usize
+        let end = self.wiring.memories.iter().map(|m| m.contents + m.len).max().unwrap_or_default();
+        self.wiring.leaves.start.index()..self.wiring.leaves.end.max(end).index()
     }
 
     /// The nets that clocked cells keep changing, until all is as it was.
@@ -323,9 +324,9 @@ impl CompiledEngine<'_> {
         for _ in 0..endless::SHOWN_ROUNDS {
             for &number in &self.active {
                 let s = self.wiring.stored[number as usize];
-                let old = &self.memory[s.slot as usize..][..s.words as usize];
+                let old = &self.memory[s.slot.index()..][..s.words as usize];
                 let differs = match s.part {
-                    Part::Whole => *old != self.memory[s.stage as usize..][..s.words as usize],
+                    Part::Whole => *old != self.memory[s.stage.index()..][..s.words as usize],
                     Part::Read(_) => {
                         let mut ports: Vec<u32> =
                             self.active.iter().copied().filter(|&n| self.stored(n).cell == s.cell).collect();
@@ -356,7 +357,7 @@ impl CompiledEngine<'_> {
     /// Lists the observed nets whose bits generated code has set, or has them written down.
     pub(crate) fn collect_changes(&mut self) {
         for word in 0..self.observed_nets.len().div_ceil(64) {
-            let mut bits = std::mem::take(half(&mut self.memory, self.shared.changed + word as u32));
+            let mut bits = std::mem::take(word_of(&mut self.memory, self.shared.changed + word as u32));
             while bits != 0 {
                 self.note(word * 64 + bits.trailing_zeros() as usize);
                 bits &= bits - 1;
@@ -368,7 +369,7 @@ impl CompiledEngine<'_> {
     /// Lists the observed nets that have changed in ticks, which have written down themselves what they are to.
     pub(crate) fn list_changes(&mut self) {
         for word in 0..self.observed_nets.len().div_ceil(64) {
-            let mut bits = std::mem::take(half(&mut self.memory, self.shared.changed + word as u32));
+            let mut bits = std::mem::take(word_of(&mut self.memory, self.shared.changed + word as u32));
             while bits != 0 {
                 self.list_change(self.observed_nets[word * 64 + bits.trailing_zeros() as usize]);
                 bits &= bits - 1;
@@ -386,7 +387,7 @@ impl CompiledEngine<'_> {
         for &number in &form.doubtful {
             let (slot, shift) = self.control_places[number as usize];
             let seen = &mut self.control_seen[number as usize];
-            if bit_of(self.memory[slot as usize], shift).is_known() {
+            if bit_of(self.memory[slot.index()], shift).is_known() {
                 *seen = true;
             } else if *seen {
                 unknown.extend(&self.wiring.controls[number as usize].1);

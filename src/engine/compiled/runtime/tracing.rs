@@ -5,9 +5,9 @@
 //! nothing is left to be compared. Waves that are made in chunks have their changes written down here.
 
 use crate::compiled::codegen::trace::{END, RECORDS, ROOM, TIME, WAIT};
-use crate::compiled::ir::stores::Half;
+use crate::compiled::ir::places::{PlaneWord, Slot};
 use crate::compiled::runtime::variants::Wanted;
-use crate::compiled::runtime::{CompiledEngine, half};
+use crate::compiled::runtime::{CompiledEngine, word_of};
 use crate::value::Word;
 use crate::value::changes::{self, Written};
 use crate::value::word::words;
@@ -56,7 +56,7 @@ pub(crate) struct Tracing {
     shape: usize,
     first: Vec<u32>,
     /// Where generated code puts its records.
-    place: Option<Half>,
+    place: Option<PlaneWord>,
 }
 
 impl Tracing {
@@ -68,12 +68,12 @@ impl Tracing {
     fn take(&mut self, memory: &mut [Word]) {
         let Some(place) = self.place else { return };
         let first = place + RECORDS;
-        let count = (*half(memory, place + END) / 8) as usize - first as usize;
+        let count = (*word_of(memory, place + END) / 8) as usize - first.index();
         if count == 0 {
             return;
         }
-        *half(memory, place + END) = u64::from(first) * 8;
-        let from = &memory[first as usize / 2..][..count.div_ceil(2)];
+        *word_of(memory, place + END) = first.index() as u64 * 8;
+        let from = &memory[first.slot().index()..][..count.div_ceil(2)];
         let before = self.log.words.len();
         self.log.words.resize(before + 2 * from.len(), 0);
         for (to, word) in self.log.words[before..].chunks_exact_mut(2).zip(from) {
@@ -83,18 +83,16 @@ impl Tracing {
     }
 
     /// Before ticks: makes room for at least one round, says when they happen; returns for how many rounds there is room.
-    pub fn begin(&mut self, memory: &mut [Word], place: Half, longest: usize, at: Times) -> u64 {
-        if place == 0 {
-            return u64::MAX;
-        }
+    pub fn begin(&mut self, memory: &mut [Word], place: Option<PlaneWord>, longest: usize, at: Times) -> u64 {
+        let Some(place) = place else { return u64::MAX };
         let room =
-            |memory: &mut [Word]| ROOM - ((*half(memory, place + END) / 8) as usize - (place + RECORDS) as usize);
+            |memory: &mut [Word]| ROOM - ((*word_of(memory, place + END) / 8) as usize - (place + RECORDS).index());
         if room(memory) < longest.max(ROOM / 4) {
             self.take(memory);
         }
-        *half(memory, place + TIME) = at.first;
-        *half(memory, place + WAIT) = at.low;
-        *half(memory, place + WAIT + 1) = at.high;
+        *word_of(memory, place + TIME) = at.first;
+        *word_of(memory, place + WAIT) = at.low;
+        *word_of(memory, place + WAIT + 1) = at.high;
         (room(memory) / longest) as u64
     }
 }
@@ -113,12 +111,12 @@ impl CompiledEngine<'_> {
         }
         let memory = &mut self.memory;
         let place = *t.place.get_or_insert_with(|| {
-            let place = memory.len() as Half * 2;
+            let place = Slot::at(memory.len()).value();
             memory.resize(memory.len() + (RECORDS as usize + ROOM) / 2, Word::ZERO);
-            *half(memory, place + END) = u64::from(place + RECORDS) * 8;
+            *word_of(memory, place + END) = (place + RECORDS).index() as u64 * 8;
             place
         });
-        self.shared.log = place;
+        self.shared.log = Some(place);
         let mut fields: Vec<Field> = Vec::new();
         t.first.clear();
         for (&net, _) in self.observed_nets.iter().zip(&t.nets) {
@@ -156,7 +154,7 @@ impl CompiledEngine<'_> {
                 bits &= bits - 1;
                 let first = t.first[number] as usize;
                 let net = self.observed_nets[number];
-                let slot = self.wiring.slot[net.index()].expect("what is traced has a place") as usize;
+                let slot = self.wiring.slot[net.index()].expect("what is traced has a place").index();
                 let count = words(self.wiring.widths[net.index()]);
                 changed.extend((0..count).map(|k| (first + k, memory[slot + k], Written::Both)));
             }

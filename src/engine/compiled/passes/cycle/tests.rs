@@ -29,7 +29,7 @@ fn a_cycle_is_its_edges_one_after_the_other() {
                 .map(|edge| {
                     let before = after.clone();
                     let guard = run(&edge.graph, &edge.chunk, &mut after);
-                    let same = |s: &&Store| s.compared && before[s.half as usize] != after[s.half as usize];
+                    let same = |s: &&Store| s.compared && before[s.plane.index()] != after[s.plane.index()];
                     guard == Some(false) && !edge.chunk.stores.iter().any(|s| same(&s))
                 })
                 .collect();
@@ -39,7 +39,7 @@ fn a_cycle_is_its_edges_one_after_the_other() {
             }
             taken += 1;
             assert_eq!(ran, [true, true], "seed {seed}");
-            let stores = step.stores.iter().map(|&(half, node)| Store::plain(node, half)).collect();
+            let stores = step.stores.iter().map(|&(plane, node)| Store::plain(node, plane)).collect();
             let whole = Chunk { stores, puts: step.puts.clone(), ..Chunk::default() };
             let mut found = memory.clone();
             assert_eq!(run(&step.graph, &whole, &mut found), Some(false));

@@ -5,9 +5,10 @@
 //! are few bases.
 
 use crate::compiled::ir::graph::{Graph, Id, Map, Op};
+use crate::compiled::ir::places::{PlaneWord, Slot};
 use crate::compiled::ir::plan::{Chunk, Plan};
 use crate::compiled::ir::stores::Put;
-use crate::compiled::ir::stores::{Half, Store};
+use crate::compiled::ir::stores::Store;
 
 /// Bases up to which a code is shared, and one more for constants: what a call hands over in registers.
 const BASES: usize = 5;
@@ -27,9 +28,9 @@ pub(crate) struct Call {
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Data {
     /// The base of each half that it reads or writes; of others it is base 0.
-    pub base: Map<Half, usize>,
+    pub base: Map<PlaneWord, usize>,
     /// Constants that lie in memory, since they are not the same in all that share it.
-    pub constants: Map<Id, Half>,
+    pub constants: Map<Id, PlaneWord>,
 }
 
 /// Pieces that share code.
@@ -40,7 +41,7 @@ pub(crate) struct Same {
     /// For each piece where its own code finds its data.
     pub data: Vec<Data>,
     /// What is to be in memory before any of it runs.
-    pub constants: Vec<(Half, u64)>,
+    pub constants: Vec<(PlaneWord, u64)>,
 }
 
 /// Pieces with one code.
@@ -60,7 +61,7 @@ struct Member {
 }
 
 /// Which pieces of a plan are alike. `fresh` gives places, one after another.
-pub(crate) fn same(graph: &Graph, plan: &Plan, mut fresh: impl FnMut() -> Half) -> Same {
+pub(crate) fn same(graph: &Graph, plan: &Plan, mut fresh: impl FnMut() -> PlaneWord) -> Same {
     let mut classes: Vec<Class> = Vec::new();
     let mut of_shape: Map<Vec<Part>, Vec<usize>> = Map::default();
     for (number, chunk) in plan.chunks.iter().enumerate() {
@@ -85,16 +86,16 @@ pub(crate) fn same(graph: &Graph, plan: &Plan, mut fresh: impl FnMut() -> Half) 
 impl Class {
     fn new(graph: &Graph, first: usize, used: Used) -> Class {
         let member = Member { number: first, moved: vec![0], constants: used.values(graph) };
-        Class { base: vec![0; used.halves.len()], first: used, varied: Vec::new(), members: vec![member] }
+        Class { base: vec![0; used.planes.len()], first: used, varied: Vec::new(), members: vec![member] }
     }
 
     /// Takes up a piece of the same shape, unless that takes too many bases or constants.
     fn join(&mut self, graph: &Graph, number: usize, used: &Used) -> bool {
         // a base for what has had the same until now and lies equally far
         let mut groups: Vec<(usize, i64)> = vec![(0, 0)];
-        let mut base = Vec::with_capacity(used.halves.len());
-        for ((&half, &first), &before) in used.halves.iter().zip(&self.first.halves).zip(&self.base) {
-            let group = (before, i64::from(half) - i64::from(first));
+        let mut base = Vec::with_capacity(used.planes.len());
+        for ((&plane, &first), &before) in used.planes.iter().zip(&self.first.planes).zip(&self.base) {
+            let group = (before, plane.distance(first));
             let at = groups.iter().position(|&g| g == group).unwrap_or_else(|| {
                 groups.push(group);
                 groups.len() - 1
@@ -120,20 +121,20 @@ impl Class {
     }
 
     /// Tells of its pieces, and lays down the constants that are not the same in all.
-    fn finish(self, all: &mut Same, mut fresh: impl FnMut() -> Half) {
+    fn finish(self, all: &mut Same, mut fresh: impl FnMut() -> PlaneWord) {
         let code = self.members[0].number;
         let Data { base, constants } = &mut all.data[code];
-        base.extend(self.first.halves.into_iter().zip(self.base));
+        base.extend(self.first.planes.into_iter().zip(self.base));
         let mut first = None;
         for Member { number, mut moved, constants: values } in self.members {
-            let places: Vec<Half> = self.varied.iter().map(|_| fresh()).collect();
-            all.constants.extend(places.iter().zip(&self.varied).map(|(&half, &i)| (half, values[i])));
+            let places: Vec<PlaneWord> = self.varied.iter().map(|_| fresh()).collect();
+            all.constants.extend(places.iter().zip(&self.varied).map(|(&plane, &i)| (plane, values[i])));
             if let Some(&begin) = places.first() {
                 if number == code {
-                    base.extend(places.iter().map(|&half| (half, moved.len())));
+                    base.extend(places.iter().map(|&plane| (plane, moved.len())));
                     constants.extend(self.varied.iter().map(|&i| self.first.constants[i]).zip(places));
                 }
-                moved.push(i64::from(begin) - i64::from(*first.get_or_insert(begin)));
+                moved.push(begin.distance(*first.get_or_insert(begin)));
             }
             all.calls[number] = Call { code, moved };
         }
@@ -143,7 +144,7 @@ impl Class {
 /// The data that a piece works on, in the order in which its shape names them.
 #[derive(Default)]
 struct Used {
-    halves: Vec<Half>,
+    planes: Vec<PlaneWord>,
     constants: Vec<Id>,
 }
 
@@ -158,7 +159,7 @@ impl Used {
 enum Part {
     Node(Op),
     Constant,
-    Store { node: Id, half: Half, alarm: bool },
+    Store { node: Id, plane: PlaneWord, alarm: bool },
     Put(Put),
     Abort(Id),
 }
@@ -170,7 +171,7 @@ struct Shape<'s> {
     own: Map<Id, ()>,
     parts: Vec<Part>,
     used: Used,
-    half_numbers: Map<Half, Half>,
+    plane_numbers: Map<PlaneWord, PlaneWord>,
     numbers: Map<Id, Id>,
 }
 
@@ -187,16 +188,16 @@ impl Shape<'_> {
             own: chunk.nodes.iter().map(|&node| (node, ())).collect(),
             parts: Vec::new(),
             used: Used::default(),
-            half_numbers: Map::default(),
+            plane_numbers: Map::default(),
             numbers: Map::default(),
         };
         for store in &chunk.stores {
-            let (node, half) = (s.node(store.node), s.half(store.half));
-            s.parts.push(Part::Store { node, half, alarm: store.alarm });
+            let (node, plane) = (s.node(store.node), s.plane(store.plane));
+            s.parts.push(Part::Store { node, plane, alarm: store.alarm });
         }
         for put in &chunk.puts {
             let [index, mask, v, u] = put.nodes().map(|node| s.node(node));
-            let slot = s.half(2 * put.slot);
+            let slot = s.slot(put.slot);
             s.parts.push(Part::Put(Put { slot, index, mask, v, u, ..*put }));
         }
         for &abort in &chunk.aborts {
@@ -206,10 +207,15 @@ impl Shape<'_> {
         Some(s)
     }
 
-    fn half(&mut self, half: Half) -> Half {
-        let next = self.used.halves.len() as Half;
-        *self.half_numbers.entry(half).or_insert_with(|| {
-            self.used.halves.push(half);
+    /// The number of the first plane word of an array, in place of its slot.
+    fn slot(&mut self, slot: Slot) -> Slot {
+        Slot::at(self.plane(slot.value()).index())
+    }
+
+    fn plane(&mut self, plane: PlaneWord) -> PlaneWord {
+        let next = PlaneWord::at(self.used.planes.len() as u32);
+        *self.plane_numbers.entry(plane).or_insert_with(|| {
+            self.used.planes.push(plane);
             next
         })
     }
@@ -237,10 +243,10 @@ impl Shape<'_> {
                     self.used.constants.push(at);
                     Part::Constant
                 }
-                Op::Load(half) => Part::Node(Op::Load(self.half(half))),
-                _ if !self.own.contains_key(&at) => Part::Node(Op::Load(self.half(self.plan.place[&at]))),
+                Op::Load(plane) => Part::Node(Op::Load(self.plane(plane))),
+                _ if !self.own.contains_key(&at) => Part::Node(Op::Load(self.plane(self.plan.place[&at]))),
                 Op::Element { slot, index, size, plane } => {
-                    Part::Node(Op::Element { slot: self.half(2 * slot), index: self.numbers[&index], size, plane })
+                    Part::Node(Op::Element { slot: self.slot(slot), index: self.numbers[&index], size, plane })
                 }
                 op => Part::Node(op.with(|o| self.numbers[&o])),
             };

@@ -8,15 +8,15 @@ use crate::compiled::passes::split::split;
 use crate::value::Word;
 
 /// Halves of state of each part, where they begin, and how far it is from one part to the next.
-const STATE: Half = 14;
-const FIRST: Half = 20;
-const STRIDE: Half = 17;
+const STATE: u32 = 14;
+const FIRST: u32 = 20;
+const STRIDE: u32 = 17;
 /// The elements of each part's memory, its first slot and how many slots it is to the next.
 const ELEMENTS: u64 = 16;
 const CONTENTS: u32 = 200;
 const NEXT: u32 = 23;
 /// Halves that all parts read, and those of the alarm.
-const COMMON: std::ops::Range<Half> = 2..8;
+const COMMON: std::ops::Range<u32> = 2..8;
 const PARTS: usize = 6;
 
 /// How a part of random logic is made: the same choices again for each, but for some constants.
@@ -35,10 +35,10 @@ struct Recipe {
 fn part(recipe: &Recipe, number: usize, odd: bool, tick: &mut Tick) {
     let Tick { graph: g, chunk, .. } = tick;
     let (mut r, mut other) = (Random(recipe.seed), Random(recipe.seed ^ (number as u64 + 1) << 32));
-    let at = |number: usize| FIRST + number as Half * STRIDE;
-    let slot = CONTENTS + number as u32 * NEXT;
+    let at = |number: usize| PlaneWord::at(FIRST + number as u32 * STRIDE);
+    let slot = Slot::at((CONTENTS + number as u32 * NEXT) as usize);
     let mut nodes: Vec<Id> = (0..STATE).map(|i| g.load(at(number) + i, u64::MAX)).collect();
-    nodes.extend(COMMON.map(|half| g.load(half, u64::MAX)));
+    nodes.extend(COMMON.map(|word| g.load(PlaneWord::at(word), u64::MAX)));
     if recipe.neighbours {
         nodes.push(g.load(at((number + 1) % PARTS), u64::MAX));
     }
@@ -109,10 +109,10 @@ fn tick(recipe: &Recipe, odd: usize) -> Tick {
 
 /// What a tick leaves in memory, and whether it may be followed by another; none if it is left.
 fn made(tick: &Tick, memory: &mut [u64]) -> Option<bool> {
-    let alarms: Vec<Half> = tick.chunk.stores.iter().filter(|s| s.alarm).map(|s| s.half).collect();
+    let alarms: Vec<PlaneWord> = tick.chunk.stores.iter().filter(|s| s.alarm).map(|s| s.plane).collect();
     let alarm = run(&tick.graph, &tick.chunk, memory)?;
     // the code leaves all of them joined there
-    memory[0] |= alarms.iter().fold(0, |all, &half| all | memory[half as usize]);
+    memory[0] |= alarms.iter().fold(0, |all, &plane| all | memory[plane.index()]);
     Some(!alarm)
 }
 
@@ -138,7 +138,7 @@ fn parts_that_are_alike_share_code() {
         let mut next = end;
         let mut fresh = || {
             next += 1;
-            next - 1
+            PlaneWord::at(next - 1)
         };
         let plan = split(&tick, piece, &mut fresh);
         let alike = same(&tick.graph, &plan, &mut fresh);
@@ -149,7 +149,7 @@ fn parts_that_are_alike_share_code() {
         for circle in &circles {
             let mut memory: Vec<u64> = (0..end).map(|_| r.word()).collect();
             memory[0] = 0;
-            let words = memory.chunks(2).map(|half| Word { v: half[0], u: half[1] });
+            let words = memory.chunks(2).map(|plane| Word { v: plane[0], u: plane[1] });
             let mut words: Vec<Word> = words.chain((end..next + 200).step_by(2).map(|_| Word::ZERO)).collect();
             for _ in 0..20 {
                 let rounds = 1 + r.below(9) as u64;
@@ -169,10 +169,10 @@ fn parts_that_are_alike_share_code() {
                 left += u64::from(done < rounds);
                 if done < rounds {
                     // it would be left again
-                    memory[FIRST as usize..][..STATE as usize].iter_mut().for_each(|half| *half = r.word());
+                    memory[FIRST as usize..][..STATE as usize].iter_mut().for_each(|plane| *plane = r.word());
                     memory[0] = 0;
-                    for (word, half) in words.iter_mut().zip(memory.chunks(2)) {
-                        *word = Word { v: half[0], u: half[1] };
+                    for (word, plane) in words.iter_mut().zip(memory.chunks(2)) {
+                        *word = Word { v: plane[0], u: plane[1] };
                     }
                 }
             }

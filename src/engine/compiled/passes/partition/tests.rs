@@ -1,8 +1,8 @@
 use super::*;
 use crate::compiled::ir::interpreter::{Program, Random, run_plan, seeds, values};
 
-fn root(node: Id, half: Half, shared: bool) -> Root {
-    Root { node, half, observed: None, alarm: false, shared, group: None, again: false }
+fn root(node: Id, plane: PlaneWord, shared: bool) -> Root {
+    Root { node, plane, observed: None, alarm: false, shared, group: None, again: false, state: false }
 }
 
 /// Chunks of all sizes leave what the graph means, when all run and when only those do that a change wakes.
@@ -14,10 +14,10 @@ fn partitions_leave_what_the_graph_means() {
         let size = 10 + r.below(150);
         let p = Program::random(&mut r, size);
         let g = &p.graph;
-        let mut next = p.room() as Half;
+        let mut next = p.room() as u32;
         let mut fresh = || {
             next += 1;
-            next - 1
+            PlaneWord::at(next - 1)
         };
         let mut roots = |r: &mut Random| -> Vec<Root> {
             (0..1 + r.below(8)).map(|_| root(Id::at(r.below(g.len())), fresh(), r.below(2) == 0)).collect()
@@ -29,7 +29,7 @@ fn partitions_leave_what_the_graph_means() {
         assert!(plan.chunks.iter().all(|c| c.nodes.len() <= limit.max(1)));
         let mut memory = p.memory(&mut r);
         memory.resize(next as usize, 0);
-        plan.constants.iter().for_each(|(root, n)| memory[root.half as usize] = *n);
+        plan.constants.iter().for_each(|(root, n)| memory[root.plane.index()] = *n);
         let mut due = vec![true; plan.chunks.len()];
         for round in 0..12 {
             let due_now = due.iter().filter(|d| **d).count();
@@ -38,18 +38,18 @@ fn partitions_leave_what_the_graph_means() {
             skipped += plan.chunks.len() - due_now;
             let expected = values(g, &memory);
             for root in settling.iter().chain(&sampled) {
-                let found = memory[root.half as usize];
+                let found = memory[root.plane.index()];
                 assert_eq!(found, expected[root.node.index()], "seed {seed}, round {round}: {:?}", g.op(root.node));
             }
             // a word of state changes, or of what a memory holds
-            let contents = 2 * p.array() as usize;
-            let (half, mask, slot) = if r.below(3) == 0 {
+            let contents = p.array().value().index();
+            let (plane, mask, slot) = if r.below(3) == 0 {
                 (contents + r.below(p.len() - contents), u64::MAX, p.array())
             } else {
-                let half = r.below(p.masks.len());
-                (half, p.masks[half], half as u32 / 2)
+                let plane = r.below(p.masks.len());
+                (plane, p.masks[plane], Slot::at(plane / 2))
             };
-            memory[half] = r.telling() & mask;
+            memory[plane] = r.telling() & mask;
             for &reader in plan.readers.get(&slot).into_iter().flatten() {
                 due[reader as usize] = true;
             }

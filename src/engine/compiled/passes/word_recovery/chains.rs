@@ -8,7 +8,7 @@
 use std::hash::{Hash, Hasher};
 
 use crate::compiled::ir::graph::{Graph, Id, Map, Op};
-use crate::compiled::ir::stores::Half;
+use crate::compiled::ir::places::PlaneWord;
 
 /// Gates that a carry passes in a stage.
 const DEPTH: u32 = 3;
@@ -112,9 +112,9 @@ pub(crate) fn bit_of(g: &Graph, n: Id) -> Option<(Id, u8)> {
 }
 
 /// The lane of a bit, or of the first bit below a node; the last if there is none.
-pub(crate) fn lane_of(g: &Graph, lanes: &Map<Half, u8>, n: Id, depth: u32) -> u8 {
+pub(crate) fn lane_of(g: &Graph, lanes: &Map<PlaneWord, u8>, n: Id, depth: u32) -> u8 {
     match g.op(n) {
-        Op::Load(half) => lanes.get(&half).copied().unwrap_or(u8::MAX),
+        Op::Load(plane) => lanes.get(&plane).copied().unwrap_or(u8::MAX),
         Op::Const(_) => u8::MAX,
         op => match bit_of(g, n) {
             Some((_, lane)) => lane,
@@ -186,7 +186,7 @@ fn taken(g: &mut Graph, n: Id, bit: Id, depth: u32, way: &mut Vec<Id>) -> Option
 }
 
 /// The chains of a graph, no two of which have a carry in common. Adds to the graph what the stages make.
-pub(crate) fn find(g: &mut Graph, lanes: &Map<Half, u8>) -> Vec<Chain> {
+pub(crate) fn find(g: &mut Graph, lanes: &Map<PlaneWord, u8>) -> Vec<Chain> {
     let lane = |g: &Graph, n: Id| lane_of(g, lanes, n, 0);
     let shapes = looks(g, 1);
     // for each node and way how far it goes on like that, and where it leads

@@ -9,7 +9,7 @@
 //! Operations that share a word depend on none of each other: they are of the same level, a chain being one node.
 
 use crate::compiled::ir::graph::{Graph, Id, Map, Op};
-use crate::compiled::ir::stores::Half;
+use crate::compiled::ir::places::PlaneWord;
 use crate::compiled::ir::stores::Put;
 
 pub(crate) mod chains;
@@ -98,12 +98,12 @@ struct Pack<'g> {
 /// deep for that.
 pub(crate) fn pack(
     step: &mut Step,
-    groups: &[Vec<(u8, Half)>],
+    groups: &[Vec<(u8, PlaneWord)>],
     least: usize,
     trials: usize,
-    fresh: &mut dyn FnMut() -> Half,
+    fresh: &mut dyn FnMut() -> PlaneWord,
 ) -> Option<Packed> {
-    let lanes = groups.iter().flatten().map(|&(lane, half)| (half, lane)).collect();
+    let lanes = groups.iter().flatten().map(|&(lane, plane)| (plane, lane)).collect();
     *step = in_rows(step, &lanes);
     let mut chains = chains::find(&mut step.graph, &lanes);
     let uses = step.uses();
@@ -150,19 +150,19 @@ fn attempt(step: &Step, uses: &[u32], places: &[Place], chains: &[Chain], least:
     };
     p.carries();
     let loads = step.loads();
-    let next: Map<Half, Id> = step.stores.iter().copied().collect();
-    let mut roots: Vec<(u32, Vec<(u8, Id)>)> = Vec::new();
-    let mut in_group: Map<Half, ()> = Map::default();
+    let next: Map<PlaneWord, Id> = step.stores.iter().copied().collect();
+    let mut roots: Vec<(PlaneWord, Lanes)> = Vec::new();
+    let mut in_group: Map<PlaneWord, ()> = Map::default();
     for place in places {
         let mask = place.lanes.iter().fold(0, |m, l| m | 1 << l.0);
         let word = p.out.load(place.word, mask);
-        for &(lane, half) in &place.lanes {
-            in_group.insert(half, ());
-            if let Some(&load) = loads.get(&half) {
+        for &(lane, plane) in &place.lanes {
+            in_group.insert(plane, ());
+            if let Some(&load) = loads.get(&plane) {
                 p.homes[load.index()] = (word, lane);
             }
         }
-        roots.push((place.word, place.lanes.iter().map(|&(lane, half)| (lane, next[&half])).collect()));
+        roots.push((place.word, place.lanes.iter().map(|&(lane, plane)| (lane, next[&plane])).collect()));
     }
     roots.iter().for_each(|(_, lanes)| p.expect(lanes));
     p.gather(&step.needed(), roots.iter().flat_map(|r| &r.1).map(|r| r.1));
@@ -174,9 +174,9 @@ fn attempt(step: &Step, uses: &[u32], places: &[Place], chains: &[Chain], least:
             stores.push((place, word));
         }
     }
-    for &(half, node) in step.stores.iter().filter(|s| !in_group.contains_key(&s.0)) {
+    for &(plane, node) in step.stores.iter().filter(|s| !in_group.contains_key(&s.0)) {
         let node = p.bit(node);
-        stores.push((half, node));
+        stores.push((plane, node));
     }
     let aborts = step.aborts.iter().map(|&a| p.bit(a)).collect();
     let puts = step.puts.iter().map(|put| Put {
@@ -336,8 +336,8 @@ impl Pack<'_> {
         let g = self.g;
         let made = match g.op(node) {
             Op::Const(n) => self.out.constant(n),
-            Op::Load(half) => match self.homes[node.index()] {
-                (Id::NONE, _) => self.out.load(half, g.may(node)),
+            Op::Load(plane) => match self.homes[node.index()] {
+                (Id::NONE, _) => self.out.load(plane, g.may(node)),
                 (word, lane) => self.out.bits(word, lane.into(), 1),
             },
             _ if g.may(node) == 1 && self.home(node).is_some() => {

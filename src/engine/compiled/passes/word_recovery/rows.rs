@@ -4,7 +4,7 @@
 use std::hash::{Hash, Hasher};
 
 use crate::compiled::ir::graph::{Graph, Id, Map, Op};
-use crate::compiled::ir::stores::Half;
+use crate::compiled::ir::places::PlaneWord;
 use crate::compiled::ir::stores::Put;
 use crate::compiled::passes::word_recovery::Step;
 use crate::compiled::passes::word_recovery::chains::lane_of;
@@ -19,7 +19,7 @@ enum Kind {
 }
 
 /// A step of the nodes that it needs, with products and sums in rows.
-pub(crate) fn in_rows(step: &Step, lanes: &Map<Half, u8>) -> Step {
+pub(crate) fn in_rows(step: &Step, lanes: &Map<PlaneWord, u8>) -> Step {
     let g = &step.graph;
     let nodes = step.needed();
     let mut sets: Map<(bool, u64), ()> = Map::default();
@@ -49,7 +49,7 @@ pub(crate) fn in_rows(step: &Step, lanes: &Map<Half, u8>) -> Step {
     let mut map: Map<Id, Id> = Map::default();
     let at = |out: &mut Graph, map: &Map<Id, Id>, node: Id| match g.op(node) {
         Op::Const(n) => out.constant(n),
-        Op::Load(half) => out.load(half, g.may(node)),
+        Op::Load(plane) => out.load(plane, g.may(node)),
         _ => map[&node],
     };
     for node in nodes {
@@ -77,7 +77,7 @@ pub(crate) fn in_rows(step: &Step, lanes: &Map<Half, u8>) -> Step {
         };
         map.insert(node, made);
     }
-    let stores = step.stores.iter().map(|&(half, node)| (half, at(&mut out, &map, node))).collect();
+    let stores = step.stores.iter().map(|&(plane, node)| (plane, at(&mut out, &map, node))).collect();
     let aborts = step.aborts.iter().map(|&node| at(&mut out, &map, node)).collect();
     let puts = step.puts.iter().map(|put| Put {
         index: at(&mut out, &map, put.index),

@@ -1,21 +1,21 @@
 //! What is packed: state that becomes something else, and the words in which its bits are to lie.
 
 use crate::compiled::ir::graph::{Graph, Id, Map, Op};
-use crate::compiled::ir::stores::Half;
+use crate::compiled::ir::places::PlaneWord;
 use crate::compiled::ir::stores::Put;
 
 /// A word of memory that has single bits of state in its lanes while packed code runs.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Place {
-    pub word: Half,
-    pub lanes: Vec<(u8, Half)>,
+    pub word: PlaneWord,
+    pub lanes: Vec<(u8, PlaneWord)>,
 }
 
 /// State that becomes something else, all at once, as long as some nodes are 0.
 #[derive(Debug)]
 pub(crate) struct Step {
     pub graph: Graph,
-    pub stores: Vec<(Half, Id)>,
+    pub stores: Vec<(PlaneWord, Id)>,
     /// What is written into memories.
     pub puts: Vec<Put>,
     pub aborts: Vec<Id>,
@@ -44,20 +44,20 @@ impl Step {
     }
 
     /// The node of each state that is read.
-    pub(crate) fn loads(&self) -> Map<Half, Id> {
-        let load = |n| if let Op::Load(half) = self.graph.op(n) { Some((half, n)) } else { None };
+    pub(crate) fn loads(&self) -> Map<PlaneWord, Id> {
+        let load = |n| if let Op::Load(plane) = self.graph.op(n) { Some((plane, n)) } else { None };
         self.graph.ids().filter_map(load).collect()
     }
 
     /// Words for the single bits of groups that become something.
-    pub(crate) fn places(&self, groups: &[Vec<(u8, Half)>], fresh: &mut dyn FnMut() -> Half) -> Vec<Place> {
+    pub(crate) fn places(&self, groups: &[Vec<(u8, PlaneWord)>], fresh: &mut dyn FnMut() -> PlaneWord) -> Vec<Place> {
         let loads = self.loads();
-        let becomes: Map<Half, Id> = self.stores.iter().copied().collect();
-        let single = |h: &Half| loads.get(h).is_none_or(|&n| self.graph.may(n) == 1);
+        let becomes: Map<PlaneWord, Id> = self.stores.iter().copied().collect();
+        let single = |h: &PlaneWord| loads.get(h).is_none_or(|&n| self.graph.may(n) == 1);
         let mut places: Vec<Place> = Vec::new();
-        let mut taken: Map<Half, ()> = Map::default();
+        let mut taken: Map<PlaneWord, ()> = Map::default();
         for group in groups {
-            let lanes: Vec<(u8, Half)> = group.iter().copied().filter(|l| becomes.contains_key(&l.1)).collect();
+            let lanes: Vec<(u8, PlaneWord)> = group.iter().copied().filter(|l| becomes.contains_key(&l.1)).collect();
             if lanes.len() < 2 || lanes.iter().any(|(_, h)| !single(h) || taken.contains_key(h)) {
                 continue;
             }

@@ -1,4 +1,5 @@
 use super::*;
+
 use crate::compiled::ir::interpreter::{Program, Random, seeds, values};
 
 /// A carry of two bits and one, in one of the ways in which people and tools write it.
@@ -69,7 +70,7 @@ fn sum(r: &mut Random, g: &mut Graph, a: &[Id], b: &[Id], mut c: Id) -> Vec<Id> 
 }
 
 /// The lanes of each group of state.
-type Groups = Vec<Vec<(u8, Half)>>;
+type Groups = Vec<Vec<(u8, PlaneWord)>>;
 
 fn random(r: &mut Random) -> (Step, Groups, Vec<u64>) {
     let mut g = if r.below(2) == 0 { Graph::default() } else { Graph::factoring() };
@@ -78,14 +79,14 @@ fn random(r: &mut Random) -> (Step, Groups, Vec<u64>) {
     let mut masks: Vec<u64> = Vec::new();
     for _ in 0..3 + r.below(4) {
         let width = 3 + r.below(20);
-        let (first, up) = (masks.len() as Half, r.below(5) != 0);
-        let lanes = (0..width as Half).map(|i| (if up { i } else { width as Half - 1 - i } as u8, first + i)).collect();
+        let (first, up) = (PlaneWord::at(masks.len() as u32), r.below(5) != 0);
+        let lanes = (0..width as u32).map(|i| (if up { i } else { width as u32 - 1 - i } as u8, first + i)).collect();
         groups.push(lanes);
-        buses.push((0..width as Half).map(|i| g.load(first + i, 1)).collect());
+        buses.push((0..width as u32).map(|i| g.load(first + i, 1)).collect());
         masks.extend((0..width).map(|_| 1));
     }
     // a word beside the bits
-    let word = g.load(masks.len() as Half, 0xff_ffff);
+    let word = g.load(PlaneWord::at(masks.len() as u32), 0xff_ffff);
     masks.push(0xff_ffff);
     buses.push((0..24).map(|i| g.bits(word, i, 1)).collect());
     let mut bits: Vec<Id> = buses.concat();
@@ -135,7 +136,7 @@ fn random(r: &mut Random) -> (Step, Groups, Vec<u64>) {
         }
     }
     let mut stores = Vec::new();
-    for (half, mask) in masks.iter().enumerate() {
+    for (plane, mask) in masks.iter().enumerate() {
         if *mask != 1 {
             // a word put together of bits
             let mut all = g.constant(0);
@@ -144,14 +145,14 @@ fn random(r: &mut Random) -> (Step, Groups, Vec<u64>) {
                 let placed = g.shl(bit, i);
                 all = g.or(all, placed);
             }
-            stores.push((half as Half, all));
+            stores.push((PlaneWord::at(plane as u32), all));
         }
     }
     for group in &groups {
         let bus = buses[r.below(buses.len())].clone();
-        for (i, &(_, half)) in group.iter().enumerate() {
+        for (i, &(_, plane)) in group.iter().enumerate() {
             let node = if r.below(9) == 0 { bits[r.below(bits.len())] } else { bus[i % bus.len()] };
-            stores.push((half, node));
+            stores.push((plane, node));
         }
     }
     let aborts = vec![bits[r.below(bits.len())]];
@@ -171,10 +172,10 @@ fn packed_steps_do_the_same() {
         let copy = Step { graph: plain, stores: stores.clone(), puts: Vec::new(), aborts: aborts.clone() };
         let mut step = in_rows(&copy, &Map::default());
         let least = 2 + r.below(3);
-        let mut end = masks.len() as Half;
+        let mut end = masks.len() as u32;
         let mut fresh = || {
             end += 1;
-            end - 1
+            PlaneWord::at(end - 1)
         };
         let trials = if seed % 4 == 0 { TRIALS } else { 0 };
         let packed = pack(&mut step, &groups, least, trials, &mut fresh).expect("it is not too deep");
@@ -198,7 +199,7 @@ fn packed_steps_do_the_same() {
             let mut words = memory.clone();
             words.resize(masks.len() + groups.len(), 0);
             for Place { word, lanes } in &packed.places {
-                words[*word as usize] = lanes.iter().fold(0, |all, &(lane, h)| all | memory[h as usize] << lane);
+                words[word.index()] = lanes.iter().fold(0, |all, &(lane, h)| all | memory[h.index()] << lane);
             }
             let new = values(&packed.step.graph, &words);
             assert_eq!(old[aborts[0].index()], new[packed.step.aborts[0].index()], "seed {seed}");
@@ -213,16 +214,16 @@ fn packed_steps_do_the_same() {
                     packed.step.graph.op(here)
                 );
             }
-            let next: Map<u32, u64> = packed.step.stores.iter().map(|&(p, n)| (p, new[n.index()])).collect();
-            for &(half, node) in &stores {
+            let next: Map<PlaneWord, u64> = packed.step.stores.iter().map(|&(p, n)| (p, new[n.index()])).collect();
+            for &(plane, node) in &stores {
                 let at = packed.places.iter().find_map(|place| {
-                    let lane = place.lanes.iter().find(|l| l.1 == half)?.0;
+                    let lane = place.lanes.iter().find(|l| l.1 == plane)?.0;
                     Some((place.word, lane, 1))
                 });
-                let (at, lane, mask) = at.unwrap_or((half, 0, u64::MAX));
-                let word = next.get(&at).copied().unwrap_or(words[at as usize]);
+                let (at, lane, mask) = at.unwrap_or((plane, 0, u64::MAX));
+                let word = next.get(&at).copied().unwrap_or(words[at.index()]);
                 let found = Some(word >> lane & mask);
-                assert_eq!(found, Some(old[node.index()]), "seed {seed}: {half}");
+                assert_eq!(found, Some(old[node.index()]), "seed {seed}: {plane:?}");
             }
         }
     }
@@ -236,30 +237,31 @@ fn packed_steps_do_the_same() {
 fn a_register_file_is_packed() {
     let mut g = Graph::default();
     let (words, bits) = (8, 8);
-    let groups: Groups = (0..words).map(|w| (0..bits).map(|b| (b as u8, w * bits + b)).collect()).collect();
+    let groups: Groups =
+        (0..words).map(|w| (0..bits).map(|b| (b as u8, PlaneWord::at(w * bits + b))).collect()).collect();
     let first = words * bits;
-    let address: Vec<Id> = (0..3).map(|i| g.load(first + i, 1)).collect();
+    let address: Vec<Id> = (0..3).map(|i| g.load(PlaneWord::at(first + i), 1)).collect();
     let mut read = Vec::new();
     for b in 0..bits {
-        let mut level: Vec<Id> = (0..words).map(|w| g.load(w * bits + b, 1)).collect();
+        let mut level: Vec<Id> = (0..words).map(|w| g.load(PlaneWord::at(w * bits + b), 1)).collect();
         for &s in &address {
             level = level.chunks(2).map(|pair| g.select(s, pair[1], pair[0])).collect();
         }
         read.push(level[0]);
     }
     // what is written takes a bit of what is read after the other
-    let mut carry = g.load(first + 3, 1);
+    let mut carry = g.load(PlaneWord::at(first + 3), 1);
     let mut stores = Vec::new();
     for (b, &bit) in (0..).zip(&read) {
-        let other = g.load(first + 4 + b, 1);
+        let other = g.load(PlaneWord::at(first + 4 + b), 1);
         let apart = g.xor(bit, other);
         let written = g.select(apart, carry, other);
         let both = g.and_not(carry, bit);
         carry = g.xor(both, other);
         for w in 0..words {
-            let enable = g.load(first + 20 + w, 1);
-            let old = g.load(w * bits + b, 1);
-            stores.push((w * bits + b, g.select(enable, written, old)));
+            let enable = g.load(PlaneWord::at(first + 20 + w), 1);
+            let old = g.load(PlaneWord::at(w * bits + b), 1);
+            stores.push((PlaneWord::at(w * bits + b), g.select(enable, written, old)));
         }
     }
     let mut step = Step { graph: g, stores, puts: Vec::new(), aborts: Vec::new() };
@@ -267,7 +269,7 @@ fn a_register_file_is_packed() {
     let mut end = first + 40;
     let mut fresh = || {
         end += 1;
-        end - 1
+        PlaneWord::at(end - 1)
     };
     let packed = pack(&mut step, &groups, 3, TRIALS, &mut fresh).unwrap();
     let kinds = |step: &Step| step.needed().iter().filter(|&&n| matches!(step.graph.op(n), Op::Select(..))).count();
@@ -283,29 +285,31 @@ fn a_register_file_is_packed() {
 fn a_long_or_is_a_comparison() {
     let mut g = Graph::default();
     let (words, bits) = (2, 24);
-    let groups: Groups = (0..words).map(|w| (0..bits).map(|b| (b as u8, w * bits + b)).collect()).collect();
-    let mut any = g.load(0, 1);
+    let groups: Groups =
+        (0..words).map(|w| (0..bits).map(|b| (b as u8, PlaneWord::at(w * bits + b))).collect()).collect();
+    let mut any = g.load(PlaneWord::at(0), 1);
     for b in 0..bits {
         for w in 0..words {
-            let bit = g.load(w * bits + b, 1);
+            let bit = g.load(PlaneWord::at(w * bits + b), 1);
             any = g.or(bit, any);
         }
     }
-    let enable = g.load(words * bits, 1);
+    let enable = g.load(PlaneWord::at(words * bits), 1);
     // what makes the bits state of a word
-    let mut stores: Vec<(Half, Id)> = (0..words * bits)
-        .map(|half| {
-            let bit = g.load(half, 1);
-            (half, g.and(bit, enable))
+    let mut stores: Vec<(PlaneWord, Id)> = (0..words * bits)
+        .map(PlaneWord::at)
+        .map(|plane| {
+            let bit = g.load(plane, 1);
+            (plane, g.and(bit, enable))
         })
         .collect();
-    stores.push((words * bits + 1, any));
+    stores.push((PlaneWord::at(words * bits + 1), any));
     let mut step = Step { graph: g, stores, puts: Vec::new(), aborts: Vec::new() };
     assert_eq!(step.needed().len(), 47 + 48);
     let mut end = words * bits + 2;
     let mut fresh = || {
         end += 1;
-        end - 1
+        PlaneWord::at(end - 1)
     };
     let packed = pack(&mut step, &groups, 3, 0, &mut fresh).unwrap();
     // spread and AND for each word; a comparison for each and what joins them
@@ -326,7 +330,7 @@ fn chains_carry() {
     for seed in 0..seeds(300) {
         let mut r = Random(seed ^ 0xca);
         let (Step { graph: mut g, .. }, groups, masks) = random(&mut r);
-        let lanes = groups.iter().flatten().map(|&(lane, half)| (half, lane)).collect();
+        let lanes = groups.iter().flatten().map(|&(lane, plane)| (plane, lane)).collect();
         let chains = chains::find(&mut g, &lanes);
         found += chains.len();
         stages += chains.iter().map(|c| c.stages.len()).sum::<usize>();
@@ -359,9 +363,12 @@ fn steps_of_all_operations_do_the_same() {
         let size = 20 + r.below(80);
         let mut p = Program::random(&mut r, size);
         let chunk = p.chunk(&mut r);
-        let stores: Vec<(Half, Id)> = chunk.stores.iter().filter(|s| !s.alarm).map(|s| (s.half, s.node)).collect();
-        let bits: Vec<Half> = (0..p.masks.len() as Half).filter(|&h| p.masks[h as usize] == 1).collect();
-        let group: Vec<(u8, Half)> = bits.iter().enumerate().map(|(lane, &half)| (3 * lane as u8, half)).collect();
+        let stores: Vec<(PlaneWord, Id)> =
+            chunk.stores.iter().filter(|s| !s.alarm).map(|s| (s.plane, s.node)).collect();
+        let bits: Vec<PlaneWord> =
+            (0..p.masks.len() as u32).map(PlaneWord::at).filter(|h| p.masks[h.index()] == 1).collect();
+        let group: Vec<(u8, PlaneWord)> =
+            bits.iter().enumerate().map(|(lane, &plane)| (3 * lane as u8, plane)).collect();
         let step = Step {
             graph: p.graph.clone(),
             stores: stores.clone(),
@@ -369,10 +376,10 @@ fn steps_of_all_operations_do_the_same() {
             aborts: chunk.aborts.clone(),
         };
         let mut rows = in_rows(&step, &Map::default());
-        let mut end = p.room() as Half;
+        let mut end = p.room() as u32;
         let mut fresh = || {
             end += 1;
-            end - 1
+            PlaneWord::at(end - 1)
         };
         let Some(packed) = pack(&mut rows, &[group], 2, 0, &mut fresh) else { continue };
         seen += 1;
@@ -382,7 +389,7 @@ fn steps_of_all_operations_do_the_same() {
             let mut words = memory.clone();
             words.resize(end as usize, 0);
             for Place { word, lanes } in &packed.places {
-                words[*word as usize] = lanes.iter().fold(0, |all, &(lane, h)| all | memory[h as usize] << lane);
+                words[word.index()] = lanes.iter().fold(0, |all, &(lane, h)| all | memory[h.index()] << lane);
             }
             let (old, rowed, new) =
                 (values(&p.graph, &memory), values(&rows.graph, &memory), values(&packed.step.graph, &words));
@@ -396,14 +403,14 @@ fn steps_of_all_operations_do_the_same() {
                     pairs.for_each(|(a, b)| assert_eq!(is(&old, a), is(then, b), "{which}, seed {seed}"));
                 }
             }
-            let next: Map<Half, u64> = packed.step.stores.iter().map(|&(h, n)| (h, is(&new, n))).collect();
-            for &(half, node) in &stores {
-                let lane = |place: &Place| Some((place.word, place.lanes.iter().find(|l| l.1 == half)?.0));
+            let next: Map<PlaneWord, u64> = packed.step.stores.iter().map(|&(h, n)| (h, is(&new, n))).collect();
+            for &(plane, node) in &stores {
+                let lane = |place: &Place| Some((place.word, place.lanes.iter().find(|l| l.1 == plane)?.0));
                 let found = match packed.places.iter().find_map(lane) {
-                    Some((word, lane)) => next.get(&word).copied().unwrap_or(words[word as usize]) >> lane & 1,
-                    None => next[&half],
+                    Some((word, lane)) => next.get(&word).copied().unwrap_or(words[word.index()]) >> lane & 1,
+                    None => next[&plane],
                 };
-                assert_eq!(found, is(&old, node), "seed {seed}: {half}");
+                assert_eq!(found, is(&old, node), "seed {seed}: {plane:?}");
             }
         }
     }
