@@ -17,7 +17,7 @@ pub use drawing::{
     CompareArgs, CompareFormat, CoordinateArgs, DrawingArgs, InterpolateArgs, PlotArgs, Point, StepsFormat,
 };
 pub use looking::{ViewArgs, WaveTextArgs};
-pub use machine::{MachineArgs, MachineFormat};
+pub use machine::{MachineArgs, MachineFormat, Net, StepDir};
 pub use schematic::DrawArgs;
 pub use shared::{
     Assignment, ClockOption, Condition, DontCare, ElaborationArgs, EngineArgs, EngineChoice, Format, FormatArgs,

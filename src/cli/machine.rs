@@ -1,9 +1,13 @@
 //! `discreta machine`: a whole part program through the interpolators.
 
+mod capture;
+mod record;
+
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use self::record::Record;
 use super::args::{MachineArgs, MachineFormat};
 use super::progress::Progress;
 use super::{CliError, Out, Status, interrupt};
@@ -27,11 +31,14 @@ const OFTEN: u64 = 256;
 pub fn run(args: &MachineArgs, out: &mut Out) -> Result<Status, CliError> {
     contradictions(args)?;
     let settings = settings(args);
-    let mut source = Source::open(&args.program)?;
-    if let Some(plot) = args.plot.as_deref().filter(|plot| same_file(plot, &args.program)) {
-        let fault = CliError::usage(format!("`{}` is the program itself", plot.display()));
-        return Err(fault.with_hint("give the picture another name"));
+    if let Some(waveform) = &args.waveform {
+        return capture::run(args, waveform, &settings, out);
     }
+    let Some(program) = &args.program else {
+        return Err(CliError::usage("no program is named"));
+    };
+    let mut source = Source::open(program)?;
+    outputs(args, program)?;
     interrupt::watch();
     let mut faults = Faults::default();
     let mut watch = Watch::new("reading", source.bytes);
@@ -53,13 +60,16 @@ pub fn run(args: &MachineArgs, out: &mut Out) -> Result<Status, CliError> {
             .with_hint("a part program has lines such as G1 X10 Y5 F300"));
     }
     let mut watch = Watch::new("drawing", source.bytes);
-    let mut seen = Seen { settings: &settings, csv: None, picture: None };
+    let mut seen = Seen { settings: &settings, csv: None, picture: None, record: None };
     if args.format == MachineFormat::Csv {
         out.bytes(report::CSV.as_bytes())?;
         seen.csv = Some(Vec::new());
     }
     if args.plot.is_some() {
         seen.picture = Some(Picture::new(settings.rules.len(), settings.seconds(), settings.rapid.to_f64()));
+    }
+    if let Some(path) = &args.output {
+        seen.record = Some(Record::begin(path, settings.tick)?);
     }
     let mut faults = Faults::default();
     let mut sink = ToOut { seen, out, failed: None };
@@ -71,9 +81,15 @@ pub fn run(args: &MachineArgs, out: &mut Out) -> Result<Status, CliError> {
     if let Some(error) = failed {
         return Err(error);
     }
+    if let Some(error) = seen.record.as_mut().and_then(Record::failed) {
+        return Err(error.into());
+    }
     let outcomes = source.read(outcomes)?;
     if faults.diagnostics.has_errors() {
         return Err(CliError::Input(faults.diagnostics.render(&faults.sources, false)));
+    }
+    if let Some(record) = seen.record.take() {
+        record.finish()?;
     }
     let report = Report { name: &source.name, settings: &settings, survey: &survey, outcomes: &outcomes };
     let picture = seen.picture.take();
@@ -91,10 +107,27 @@ pub fn run(args: &MachineArgs, out: &mut Out) -> Result<Status, CliError> {
     Ok(Status::Done)
 }
 
+/// Files that are written are not the program, and not one file.
+fn outputs(args: &MachineArgs, program: &Path) -> Result<(), CliError> {
+    let written: Vec<&PathBuf> = args.plot.iter().chain(&args.output).collect();
+    if let Some(path) = written.iter().find(|path| same_file(path, program)) {
+        let fault = CliError::usage(format!("`{}` is the program itself", path.display()));
+        return Err(fault.with_hint("give what is written another name"));
+    }
+    if let [a, b] = written[..]
+        && (a == b || same_file(a, b))
+    {
+        return Err(CliError::usage(format!("`{}` is to be both the picture and the waveform", a.display()))
+            .with_hint("give one of them another name"));
+    }
+    Ok(())
+}
+
 /// Options of which one makes the other mean nothing.
 fn contradictions(args: &MachineArgs) -> Result<(), CliError> {
     let drawn = [
         ("--plot", args.plot.is_some()),
+        ("--output", args.output.is_some()),
         ("--method", !args.method.is_empty()),
         ("--feed", !args.feed.is_empty()),
         ("--centred", args.centred),
@@ -107,6 +140,20 @@ fn contradictions(args: &MachineArgs) -> Result<(), CliError> {
     {
         return Err(CliError::usage(format!("--format canon draws nothing, so {option} has no meaning"))
             .with_hint("leave one of them out"));
+    }
+    if args.waveform.is_some() {
+        // the size of a step is that of the capture
+        let meaning = ["--blu", "--steps-per-mm"];
+        let other = drawn.into_iter().find(|(option, given)| *given && !meaning.contains(option));
+        if let Some((option, _)) = other {
+            return Err(CliError::usage(format!("--waveform is measured, not drawn, so {option} has no meaning"))
+                .with_hint("leave one of them out"));
+        }
+        if args.format == MachineFormat::Canon {
+            return Err(
+                CliError::usage("--format canon prints a program, not a waveform").with_hint("leave --waveform out")
+            );
+        }
     }
     for (i, choice) in args.method.iter().enumerate() {
         if args.method[..i].contains(choice) {
@@ -252,6 +299,7 @@ struct Seen<'a> {
     settings: &'a Settings,
     csv: Option<Vec<u8>>,
     picture: Option<Picture>,
+    record: Option<Record>,
 }
 
 /// The same with a place for its text.
@@ -263,14 +311,21 @@ struct ToOut<'a> {
 
 impl See for ToOut<'_> {
     fn clock(&mut self, index: usize, point: &Point) {
-        if index == 0
-            && let Some(picture) = &mut self.seen.picture
-        {
+        if index > 0 {
+            return;
+        }
+        if let Some(picture) = &mut self.seen.picture {
             picture.clock(point);
+        }
+        if let Some(record) = &mut self.seen.record {
+            record.clock(point);
         }
     }
 
-    fn begin(&mut self, plan: &Plan, _line: Line<'_>) {
+    fn begin(&mut self, plan: &Plan, line: Line<'_>) {
+        if let Some(record) = &mut self.seen.record {
+            record.line(line.number);
+        }
         if let Some(picture) = &mut self.seen.picture {
             picture.begin(plan);
         }
@@ -284,6 +339,9 @@ impl See for ToOut<'_> {
                 self.failed = Some(error);
                 return Err(io::ErrorKind::Other.into());
             }
+        }
+        if let Some(record) = &mut self.seen.record {
+            record.check()?;
         }
         if drawn.index == 0
             && let Some(picture) = &mut self.seen.picture

@@ -70,7 +70,7 @@ pub(super) fn moved(waves: &mut Waves, args: &CoordinateArgs) -> Result<Vec<Reac
 }
 
 /// A net over time.
-type Changes = Vec<(u64, String)>;
+pub(super) type Changes = Vec<(u64, String)>;
 
 fn nets(waves: &mut Waves, args: &CoordinateArgs) -> Result<Vec<Changes>, CliError> {
     let mut nets = Vec::new();
@@ -110,7 +110,8 @@ fn points(nets: &[Changes], times: impl Iterator<Item = u64>, signed: bool) -> R
     Ok(points)
 }
 
-fn changes(waves: &mut Waves, name: &str, option: &str) -> Result<Changes, CliError> {
+/// The changes of the net of a name.
+pub(super) fn changes(waves: &mut Waves, name: &str, option: &str) -> Result<Changes, CliError> {
     let found = found(waves, name, option)?;
     if !matches!(waves.vars()[found].kind, ValueKind::Bits(1..=63)) {
         return Err(CliError::usage(format!("`{name}` is {}, not 1 to 63 bits", waves.vars()[found].kind)));

@@ -11,6 +11,10 @@ const BITS: [u32; 2] = [32, 24];
 /// The shortest interval, ticks.
 const LEAST: f64 = 2.0;
 
+/// A step pulse is high for this long, or half of the time to the next clock if that is less, ticks. The direction of the
+/// next step changes as it ends.
+pub const HIGH: u64 = 10;
+
 /// Speeds are measured over this way, BLU.
 const WINDOW: f64 = 10.0;
 
@@ -83,6 +87,8 @@ pub struct Clockwork {
     pub rule: Rule,
     generator: Option<Generator>,
     now: u64,
+    /// The clock before.
+    last: u64,
     /// Axes of the step before.
     stepped: usize,
     /// When each axis stepped last, and which way.
@@ -103,6 +109,7 @@ impl Clockwork {
             rule,
             generator: None,
             now: 0,
+            last: 0,
             stepped: 0,
             pulses: [None; 3],
             begun: 0,
@@ -147,6 +154,8 @@ impl Clockwork {
         let Some(generator) = &mut self.generator else { return self.now };
         let interval = generator.interval(self.stepped, shifts);
         self.now += interval;
+        let since = self.now - self.last;
+        self.last = self.now;
         self.stepped = 0;
         for (step, pulse) in step.into_iter().zip(&mut self.pulses) {
             if step == 0 {
@@ -156,7 +165,7 @@ impl Clockwork {
             if let Some((at, direction)) = *pulse {
                 self.block.gap = self.block.gap.min(self.now - at);
                 if direction != step {
-                    self.block.setup = self.block.setup.min(interval);
+                    self.block.setup = self.block.setup.min(since - HIGH.min(since / 2));
                 }
             }
             *pulse = Some((self.now, step));

@@ -5,6 +5,7 @@
 //! Everything is done move by move in bounded memory. This room knows the algorithms and how pictures are drawn; it knows
 //! no circuit, no engine and no waveform.
 
+pub mod capture;
 pub mod clockwork;
 pub mod draw;
 mod follow;

@@ -41,7 +41,8 @@ fn plural(n: u64, one: &str, many: &str) -> String {
 }
 
 /// A time with four digits, in the unit that suits it.
-fn time(seconds: f64) -> String {
+#[must_use]
+pub fn time(seconds: f64) -> String {
     let (value, unit) = match seconds {
         s if s >= 1.0 || s == 0.0 => (s, "s"),
         s if s >= 1e-3 => (s * 1e3, "ms"),

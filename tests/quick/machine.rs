@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::process::Command;
 
 use discreta::Timescale;
+use discreta::machine::capture::{Block, Pulse, Wrong, align, count};
 use discreta::machine::clockwork::Rule;
 use discreta::machine::draw::{Choice, Drawer};
 use discreta::machine::measure::Point;
@@ -587,4 +588,129 @@ fn cut_and_mutated_programs_are_read_or_refused() {
         }
         read(&text);
     }
+}
+
+/// The pulses of the first method, and the blocks that they are of.
+#[derive(Default)]
+struct Pulses {
+    all: Vec<Pulse>,
+    /// The block of each pulse.
+    of: Vec<usize>,
+    blocks: Vec<Block>,
+    last: [i8; 3],
+}
+
+impl See for Pulses {
+    fn begin(&mut self, plan: &Plan, line: program::Line<'_>) {
+        self.blocks.push(Block { plan: *plan, line: line.number, column: 1, text: "".into() });
+    }
+
+    fn clock(&mut self, index: usize, point: &Point) {
+        for axis in 0..3 {
+            let step = point.step[axis];
+            if index == 0 && step != 0 {
+                let turned = (self.last[axis] == -step).then_some(5);
+                self.last[axis] = step;
+                self.all.push(Pulse { time: point.time[0], axis: axis as u8, step, turned });
+                self.of.push(self.blocks.len() - 1);
+            }
+        }
+    }
+}
+
+fn pulses(text: &str, choice: Choice, rule: Rule) -> (Pulses, Outcome) {
+    let mut see = Pulses::default();
+    let settings = Settings { choices: vec![choice], rules: vec![rule], ..settings("0.01") };
+    let outcome = run(text, &settings, &mut see).remove(0);
+    (see, outcome)
+}
+
+#[test]
+fn its_own_pulses_measure_the_same() {
+    let part = include_str!("../examples/part.nc");
+    let random = random_curves(&mut Random(5), 80, false);
+    for text in [part, random.as_str()] {
+        for choice in Choice::ALL {
+            for rule in Rule::ALL {
+                let (see, outcome) = pulses(text, choice, rule);
+                let aligned = align(&see.all, &see.blocks);
+                assert_eq!(aligned.faults, [], "{choice} {rule}");
+                let counted = count(&see.all);
+                assert_eq!((counted.pulses, counted.end), (outcome.run.steps, outcome.run.at()));
+                assert_eq!(counted.gap.unwrap().0, outcome.run.times[0].gap);
+                for (i, seen) in aligned.blocks.iter().enumerate() {
+                    assert_eq!(seen.pulses, see.of.iter().filter(|&&b| b == i).count() as u64, "block {i} by {choice}");
+                }
+            }
+        }
+    }
+}
+
+/// One step removed, one doubled, one in the wrong direction: what it was, of which axis, in which block, and when.
+#[test]
+fn a_step_lost_doubled_or_turned_is_named_with_its_place() {
+    let part = include_str!("../examples/part.nc");
+    let mut random = Random(3);
+    let (mut all, mut near, mut named) = ([0; 3], [0; 3], [0; 3]);
+    for (choice, rule) in [(Choice::ALL[1], Rule::Block), (Choice::ALL[0], Rule::Step), (Choice::ALL[3], Rule::Block)] {
+        let (see, _) = pulses(part, choice, rule);
+        for n in 0..90 {
+            let mut changed = see.all.clone();
+            let at = 1 + random.below(see.all.len() as u64 - 40) as usize;
+            let pulse = changed[at];
+            let kind = n % 3;
+            match kind {
+                0 => drop(changed.remove(at)),
+                1 => {
+                    let time = pulse.time + 3;
+                    changed.push(Pulse { time, ..pulse });
+                    changed.sort_by_key(|p| (p.time, p.axis));
+                }
+                _ => changed[at].step = -pulse.step,
+            }
+            let aligned = align(&changed, &see.blocks);
+            let first = *aligned.faults.first().expect("nothing is named");
+            assert_eq!(
+                first.axis,
+                Some(pulse.axis),
+                "{kind} at {} of block {}: {:?}",
+                pulse.time,
+                see.of[at],
+                aligned.faults
+            );
+            all[kind] += 1;
+            let right = match kind {
+                0 => first.wrong == Wrong::Missing(1),
+                1 => first.wrong == Wrong::Extra(1),
+                _ => first.wrong == Wrong::Direction,
+            };
+            named[kind] += u32::from(right);
+            near[kind] += u32::from(first.block == see.of[at]);
+        }
+    }
+    println!("of {all:?}: kind {named:?}, block {near:?}");
+    for kind in 0..3 {
+        assert!(named[kind] * 100 >= all[kind] * 90, "{named:?} of {all:?}");
+        assert!(near[kind] * 100 >= all[kind] * 75, "{near:?} of {all:?}");
+    }
+}
+
+#[test]
+fn another_path_is_told_apart() {
+    let text = "F600\nG1 X2 Y1\nG2 X4 Y1 I1\nG1 X4 Y3\n";
+    let (see, _) = pulses(text, Choice::ALL[1], Rule::Block);
+    let wrong = |pulses: &[Pulse]| align(pulses, &see.blocks).faults.first().map(|f| (f.wrong, f.block));
+    assert_eq!(wrong(&see.all), None);
+    assert_eq!(wrong(&[]), Some((Wrong::Short, 0)));
+    assert_eq!(wrong(&see.all[..250]), Some((Wrong::Short, see.of[250])));
+    let twice: Vec<Pulse> = see.all.iter().chain(&see.all).copied().collect();
+    assert_eq!(wrong(&twice), Some((Wrong::Long, 2)));
+    let mirrored: Vec<Pulse> =
+        see.all.iter().map(|p| Pulse { step: if p.axis == 1 { -p.step } else { p.step }, ..*p }).collect();
+    assert_eq!(wrong(&mirrored).map(|w| w.0), Some(Wrong::Elsewhere));
+    // the step that is missing at the very end
+    let axis = see.all.last().unwrap().axis;
+    let short = &see.all[..see.all.len() - 1];
+    let faults = align(short, &see.blocks).faults;
+    assert_eq!((faults.len(), faults[0].wrong, faults[0].axis), (1, Wrong::Missing(1), Some(axis)));
 }

@@ -34,13 +34,17 @@ Examples:
         every block
   discreta machine examples/part.nc --format canon
         what the program says: moves without modes
+  discreta machine examples/part.nc --method ef-line-fast,ef-circle-fast --feed block -o part.fst
+        the pulses of the drives as a waveform
+  discreta machine examples/part.nc --waveform capture.vcd --x STEP_X,DIR_X --y STEP_Y,!DIR_Y
+        a capture of another machine or simulator against the program
 
 docs/machine.md lists the words that are read, and tells what is measured.
-Exit status: 0 done; 2 usage, input or output.")]
+Exit status: 0 done; 1 a capture is not what the program says; 2 usage, input or output.")]
 pub struct MachineArgs {
     /// The part program (G-code), or - for standard input
-    #[arg(value_name = "PROGRAM", value_hint = ValueHint::FilePath)]
-    pub program: PathBuf,
+    #[arg(value_name = "PROGRAM", value_hint = ValueHint::FilePath, required_unless_present = "waveform")]
+    pub program: Option<PathBuf>,
 
     /// The methods of lines and of arcs, e.g. ef-line-fast,ef-circle-fast; may be given several times
     ///
@@ -94,6 +98,56 @@ pub struct MachineArgs {
     /// Draw the path, coloured by its deviation, and the speed along it (.svg), by the first method
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub plot: Option<PathBuf>,
+
+    /// Write the step and direction pulses as a waveform (.vcd, .fst), of the first method by the first rule of feed
+    #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub output: Option<PathBuf>,
+
+    /// Measure the step pulses in a waveform (VCD, FST or GHW), against the program if one is given
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub waveform: Option<PathBuf>,
+
+    /// The nets of x in the waveform: step pulses and direction; ! before one inverts it; x_step,x_dir by default
+    #[arg(long, value_name = "STEP,DIR", requires = "waveform", value_parser = step_dir)]
+    pub x: Option<StepDir>,
+
+    /// The nets of y
+    #[arg(long, value_name = "STEP,DIR", requires = "waveform", value_parser = step_dir)]
+    pub y: Option<StepDir>,
+
+    /// The nets of z
+    #[arg(long, value_name = "STEP,DIR", requires = "waveform", value_parser = step_dir)]
+    pub z: Option<StepDir>,
+}
+
+/// A net, and whether it is to be inverted.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Net {
+    /// Its name.
+    pub name: String,
+    /// 0 means what 1 means elsewhere.
+    pub inverted: bool,
+}
+
+/// The nets of an axis.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct StepDir {
+    /// Its pulses: a step when it becomes 1.
+    pub step: Net,
+    /// Its direction: 1 is forwards.
+    pub dir: Net,
+}
+
+fn step_dir(text: &str) -> Result<StepDir, String> {
+    let net = |text: &str| {
+        let name = text.trim();
+        let bare = name.strip_prefix('!').unwrap_or(name).trim();
+        (!bare.is_empty()).then(|| Net { name: bare.to_owned(), inverted: name.starts_with('!') })
+    };
+    match text.split_once(',').map(|(step, dir)| (net(step), net(dir))) {
+        Some((Some(step), Some(dir))) => Ok(StepDir { step, dir }),
+        _ => Err("write the net of the pulses and that of the direction: STEP,DIR".to_owned()),
+    }
 }
 
 fn positive(text: &str) -> Result<Decimal, String> {
