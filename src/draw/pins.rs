@@ -43,7 +43,7 @@ pub(super) fn cell(netlist: &Netlist, cell: &Cell, name: String) -> Drawn {
             continue;
         }
         let total = kind.input_width(index);
-        let count = parts(kind, index, true).max(1).min(total.max(1));
+        let count = kind.inputs_of(index).max(1).min(total.max(1));
         for part in 0..count {
             let width = total / count;
             let single = count == 1 && !numbered(kind, index);
@@ -64,7 +64,7 @@ pub(super) fn cell(netlist: &Netlist, cell: &Cell, name: String) -> Drawn {
     }
     for (index, (spec, pieces)) in kind.outputs().iter().zip(&cell.outputs).enumerate() {
         let total = kind.output_width(index);
-        let count = parts(kind, index, false).max(1).min(total.max(1));
+        let count = kind.outputs_of(index).max(1).min(total.max(1));
         for part in 0..count {
             let pieces = slice(pieces, part * (total / count), total / count);
             if pieces.iter().all(|p| matches!(p, Piece::Open(_))) && (index > 0 || count > 1) {
@@ -92,21 +92,6 @@ fn numbered(kind: &CellKind, index: usize) -> bool {
     index == 0 && matches!(kind, CellKind::Mux { .. })
 }
 
-/// How many inputs or outputs a pin stands for.
-fn parts(kind: &CellKind, index: usize, input: bool) -> u32 {
-    match (kind, index) {
-        (CellKind::Gate { inputs, .. }, _) if input => *inputs,
-        (CellKind::AndOr { inputs, .. }, _) if input => *inputs,
-        (CellKind::Mux { inputs, .. }, 0) if input => *inputs,
-        (CellKind::OneHotMux { inputs, .. }, 1 | 2) if input => *inputs,
-        (CellKind::Demux { select, .. }, 0) if !input => 1 << select,
-        (CellKind::Memory(m), 0..=4) if input => m.reads.len() as u32,
-        (CellKind::Memory(m), _) if input => m.writes.len() as u32,
-        (CellKind::Memory(m), _) => m.reads.len() as u32,
-        _ => 1,
-    }
-}
-
 /// What it looks like, what is written in it, and whether its output is inverted.
 fn look(kind: &CellKind, element: &str) -> (Shape, String, bool) {
     let block = |text: &str| (Shape::Block, text.to_owned(), false);
@@ -131,7 +116,7 @@ fn look(kind: &CellKind, element: &str) -> (Shape, String, bool) {
         CellKind::Multiply { .. } => sign("×"),
         CellKind::Divide { op, .. } => match op {
             DivideOp::Quotient | DivideOp::Floor => sign("÷"),
-            _ => sign("mod"),
+            DivideOp::Remainder | DivideOp::Modulo => sign("mod"),
         },
         CellKind::Power { .. } => sign("aᵇ"),
         CellKind::Compare { op, .. } => sign(match op {
@@ -149,15 +134,29 @@ fn look(kind: &CellKind, element: &str) -> (Shape, String, bool) {
             ShiftOp::Left => sign("<<"),
             ShiftOp::Right => sign(">>"),
             ShiftOp::RightSigned => sign(">>>"),
-            _ => block(element),
+            ShiftOp::Both | ShiftOp::Part | ShiftOp::PartSigned => block(element),
         },
+        CellKind::Majority { .. } => block("≥ 2"),
         CellKind::AndOr { .. } => block("AND-OR"),
         CellKind::RcDelay(_) => block("RC"),
         CellKind::Delay { ticks, .. } => block(&format!("Δt {ticks}")),
         CellKind::Clock(clock) => block(&format!("clock {}", clock.period)),
         CellKind::Sr { .. } => block("SR"),
         CellKind::Constant(value) => sign(&constant(value)),
-        _ => block(element),
+        CellKind::OneHotMux { .. }
+        | CellKind::BitMux { .. }
+        | CellKind::BitSame { .. }
+        | CellKind::Products { .. }
+        | CellKind::CarrySave { .. }
+        | CellKind::Carry { .. }
+        | CellKind::Alu(_)
+        | CellKind::Resolve { .. }
+        | CellKind::Latch(_)
+        | CellKind::Flop(_)
+        | CellKind::EdgeFlop(_)
+        | CellKind::Counter(_)
+        | CellKind::Accumulator(_)
+        | CellKind::Memory(_) => block(element),
     }
 }
 

@@ -11,103 +11,25 @@ use crate::designs::harness::Level;
 use crate::support::engines::{self, simulator};
 use crate::support::program::run;
 use crate::support::{Rng, folder, repository};
-use discreta::cell::{
-    Accumulator, AddOp, Alu, CellKind, Clock, CompareOp, Counter, DivideOp, Edge, Flop, GateOp, Rc, Role, ShiftOp,
-};
+use discreta::cell::samples::{Sort, sample};
+use discreta::cell::{CellKind, Counter, Edge, Role};
 use discreta::export::yosys::{Extra, write};
 use discreta::netlist::{Builder, Bus, Direction, Netlist, ScopeId};
-use discreta::{Logic, Probe, Value, circuit};
+use discreta::{Probe, Value, circuit};
 use needs::needs;
 
 // ---- random circuits
 
-/// Every kind of cell that a netlist may hold, in a random shape. What resolves a bus comes with its drivers.
+/// Every kind of cell that a netlist may hold, in a random shape. What resolves a bus comes with its drivers, and memories
+/// have tests of their own.
 fn kind(rng: &mut Rng) -> CellKind {
-    use CellKind as K;
-    let width = *rng.pick(&[1, 1, 1, 2, 4, 9, 64, 70]);
-    let narrow = *rng.pick(&[1, 2, 4, 9]);
-    let init = if rng.one_in(2) { Value::unknown(width) } else { rng.four_valued(width, 8) };
-    let edge = *rng.pick(&[Edge::Rising, Edge::Falling]);
-    let uniform = rng.one_in(2);
-    let flop = Flop {
-        edge,
-        set_value: if uniform { Value::repeat(Logic::One, width) } else { rng.four_valued(width, 12) },
-        reset_value: if uniform { Value::repeat(Logic::Zero, width) } else { rng.four_valued(width, 12) },
-        init: init.clone(),
-    };
-    let signed = rng.one_in(2);
-    match rng.below(38) {
-        0..=2 => {
-            let ops = [GateOp::And, GateOp::Or, GateOp::Xor, GateOp::Nand, GateOp::Nor, GateOp::Xnor];
-            K::Gate { op: *rng.pick(&ops), width, inputs: 1 + rng.below(4) as u32 }
-        }
-        3 => K::Gate { op: GateOp::Not, width, inputs: 1 },
-        4 => K::Gate { op: GateOp::Buf, width, inputs: 1 },
-        5 => K::AndOr { width, inputs: 2 + rng.below(3) as u32 },
-        6 => K::Mux { width, inputs: 2 + rng.below(6) as u32 },
-        7 => K::HalfAdder,
-        8 => K::FullAdder,
-        9 => K::Adder { op: AddOp::Add, width },
-        10 => K::Adder { op: AddOp::Sub, width },
-        11 => K::Adder { op: AddOp::AddSub, width },
-        12 => K::Multiply { a_width: width, b_width: narrow, signed },
-        13 => {
-            let ops = [CompareOp::Eq, CompareOp::Ne, CompareOp::Lt, CompareOp::Le, CompareOp::Gt, CompareOp::Ge];
-            K::Compare { op: *rng.pick(&ops), width, signed }
-        }
-        14 => K::Compare { op: *rng.pick(&[CompareOp::Same, CompareOp::Differs]), width, signed },
-        15 => {
-            let ops = [ShiftOp::Left, ShiftOp::Right, ShiftOp::RightSigned, ShiftOp::Both, ShiftOp::Part];
-            let op = if signed { ShiftOp::PartSigned } else { *rng.pick(&ops) };
-            K::Shift { op, a_width: width, b_width: narrow, width: *rng.pick(&[1, 3, 8, 70]) }
-        }
-        16 => {
-            let ops = [DivideOp::Quotient, DivideOp::Remainder, DivideOp::Floor, DivideOp::Modulo];
-            K::Divide { op: *rng.pick(&ops), width, signed }
-        }
-        17 => K::Power { width: narrow, b_width: 3, a_signed: signed, b_signed: rng.one_in(2) },
-        18 => K::OneHotMux { width, inputs: 1 + rng.below(4) as u32 },
-        19 => K::Demux { width: narrow, select: 1 + rng.below(3) as u32 },
-        20 => K::BitMux { width },
-        21 => K::BitSame { width },
-        22 => {
-            let products = 1 + rng.below(4) as usize;
-            let word = |rng: &mut Rng, i: u32| rng.word() & rng.word() & if i < 6 { 15 } else { 3 };
-            let words = width.div_ceil(64) as usize;
-            let mask = |w: usize| if (w + 1) * 64 <= width as usize { u64::MAX } else { (1 << (width % 64)) - 1 };
-            let each = |rng: &mut Rng, i| (word(rng, i as u32) & mask(i % words), word(rng, 1) & mask(i % words));
-            K::Products { width, table: (0..products * words).map(|i| each(rng, i)).collect() }
-        }
-        23 => K::CarrySave { width },
-        24 => K::Carry { width },
-        25 => K::Alu(Alu { a_width: width, b_width: narrow, width: *rng.pick(&[1, 5, 70]), signed }),
-        26 => K::IsZero { width },
-        27 => K::Tristate { width },
-        28 => K::Constant(Box::new(rng.four_valued(width, 4))),
-        29 => K::Sr { set_dominates: signed, init: rng.four_valued(1, 3) },
-        30 => K::Latch(Box::new(flop)),
-        31 | 32 => K::Flop(Box::new(flop)),
-        33 => K::EdgeFlop(Box::new(flop)),
-        34 => {
-            let step = Value::from_u64(1 + rng.below(3), width.max(2));
-            let step = if width == 1 { Value::from_u64(1, 1) } else { step };
-            K::Counter(Box::new(Counter { edge, step, init }))
-        }
-        35 => K::Accumulator(Box::new(Accumulator { edge, init })),
-        36 if signed => K::Clock(Clock { period: 7, high: 3, phase: 2 }),
-        36 => K::RcDelay(Rc { tau: 2.5, rise: 0.6, fall: 0.4 }),
-        _ => K::Delay { width, ticks: 1 + rng.below(3), init: rng.one_in(2).then(|| Box::new(init)) },
-    }
-}
-
-/// Pins that a cell cannot be without.
-fn is_required(kind: &CellKind, pin: usize) -> bool {
-    match kind {
-        CellKind::Counter(_) => pin == 0,
-        CellKind::Flop(_) | CellKind::EdgeFlop(_) | CellKind::Latch(_) | CellKind::Accumulator(_) => pin <= 1,
-        CellKind::Adder { op: AddOp::AddSub, .. } => pin != 2,
-        CellKind::Adder { .. } => pin <= 1,
-        _ => true,
+    loop {
+        let (sort, width) = match *rng.pick(Sort::ALL) {
+            Sort::Memory | Sort::Resolve => continue,
+            sort @ (Sort::Power | Sort::Demux) => (sort, *rng.pick(&[1, 2, 4, 9])),
+            sort => (sort, *rng.pick(&[1, 1, 1, 2, 4, 9, 64, 70])),
+        };
+        return sample(sort, width, &mut |n| rng.below(n));
     }
 }
 
@@ -160,7 +82,7 @@ fn design(rng: &mut Rng, cells: usize) -> Design {
     let shared = rng.one_in(2).then(|| b.net("shared", 4));
     let kinds = plan.iter().map(|(kind, ..)| kind.element()).collect();
     for (i, (kind, scope, outputs)) in plan.into_iter().enumerate() {
-        let open: Vec<bool> = (0..kind.inputs().len()).map(|pin| !is_required(&kind, pin) && !rng.one_in(3)).collect();
+        let open: Vec<bool> = (0..kind.inputs().len()).map(|pin| !kind.requires(pin) && !rng.one_in(3)).collect();
         let mut ins = Vec::new();
         for (pin, spec) in kind.inputs().iter().enumerate() {
             let width = kind.input_width(pin);

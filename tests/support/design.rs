@@ -1,9 +1,8 @@
 //! Random netlists, before any order is chosen for their cells.
 
 use discreta::Value;
-use discreta::cell::{
-    Accumulator, AddOp, Alu, CellKind, Clock, CompareOp, Counter, DivideOp, Edge, Flop, GateOp, Rc, ShiftOp,
-};
+use discreta::cell::samples::{Sort, sample};
+use discreta::cell::{Accumulator, AddOp, CellKind, Clock, CompareOp, Counter, Edge, Flop, GateOp, Rc};
 use discreta::netlist::{Builder, Bus, Netlist};
 
 use super::Rng;
@@ -66,67 +65,26 @@ fn kind(rng: &mut Rng) -> CellKind {
     }
 }
 
-/// Any kind but those that act by time.
+/// Any kind but those that act by time, those that the netlist builder adds, and those that share a net.
 fn any_kind(rng: &mut Rng) -> CellKind {
-    use CellKind as K;
-    let width = *rng.pick(&[1, 1, 1, 4, 4, 8, 64, 70]);
-    let narrow = *rng.pick(&[1, 3, 4, 8, 31, 64]);
-    let other = *rng.pick(&[1, 2, 5, 8, 64]);
-    let signed = rng.one_in(2);
-    match rng.below(30) {
-        0 => K::Gate { op: GateOp::And, width: 1, inputs: *rng.pick(&[3, 64, 70]) },
-        1 => K::Mux { width, inputs: 1 + rng.below(9) as u32 },
-        2 => K::AndOr { width, inputs: 1 + rng.below(4) as u32 },
-        3 => K::HalfAdder,
-        4 if rng.one_in(3) => {
-            K::Multiply { a_width: *rng.pick(&[5, 70, 128]), b_width: *rng.pick(&[65, 70, 130]), signed }
-        }
-        4 => K::Multiply { a_width: narrow, b_width: other, signed },
-        5 => {
-            use CompareOp::{Differs, Eq, Ge, Gt, Le, Lt, Ne, Same};
-            K::Compare { op: *rng.pick(&[Eq, Ne, Lt, Le, Gt, Ge, Same, Differs]), width, signed }
-        }
-        6 => {
-            use ShiftOp::{Both, Left, Part, PartSigned, Right, RightSigned};
-            let op = *rng.pick(&[Left, Right, RightSigned, Both, Part, PartSigned]);
-            if rng.one_in(3) {
-                let b_width = *rng.pick(&[3, 8, 70, 130]);
-                return K::Shift {
-                    op,
-                    a_width: *rng.pick(&[1, 64, 70, 128, 200]),
-                    b_width,
-                    width: *rng.pick(&[4, 70, 256]),
-                };
+    loop {
+        // gates and flip-flops more often than the rest
+        if rng.one_in(3) {
+            match kind(rng) {
+                CellKind::Delay { .. } | CellKind::RcDelay(_) => continue,
+                kind => return kind,
             }
-            K::Shift { op, a_width: narrow, b_width: other, width: *rng.pick(&[1, 4, 64]) }
         }
-        7 => {
-            use DivideOp::{Floor, Modulo, Quotient, Remainder};
-            let width = if rng.one_in(3) { *rng.pick(&[65, 100, 128]) } else { narrow };
-            K::Divide { op: *rng.pick(&[Quotient, Remainder, Floor, Modulo]), width, signed }
-        }
-        8 => K::OneHotMux { width, inputs: *rng.pick(&[1, 2, 3, 5, 66]) },
-        9 => K::Demux { width, select: 1 + rng.below(3) as u32 },
-        10 => K::BitMux { width },
-        11 => K::BitSame { width },
-        12 => {
-            let product = |rng: &mut Rng| (rng.word() & 15, rng.word() & 15);
-            K::Products { width: 4, table: (0..1 + rng.below(3)).map(|_| product(rng)).collect() }
-        }
-        13 => K::CarrySave { width },
-        14 => K::Carry { width },
-        15 => K::Alu(Alu { a_width: *rng.pick(&[1, 4, 70]), b_width: *rng.pick(&[1, 4, 64]), width, signed }),
-        16 => K::IsZero { width },
-        17 => K::EdgeFlop(Box::new(flop(rng, width))),
-        18 => K::Adder { op: *rng.pick(&[AddOp::Add, AddOp::Sub, AddOp::AddSub]), width },
-        19 => K::Constant(Box::new(rng.four_valued(4, 5))),
-        20 => K::Power { width: narrow, b_width: *rng.pick(&[1, 3, 8]), a_signed: signed, b_signed: rng.one_in(2) },
-        _ => loop {
-            let kind = kind(rng);
-            if !matches!(kind, K::Delay { .. } | K::RcDelay(_)) {
-                break kind;
-            }
-        },
+        let sort = *rng.pick(Sort::ALL);
+        let width = match sort {
+            Sort::Memory | Sort::Clock | Sort::Delay | Sort::RcDelay | Sort::Resolve | Sort::Tristate => continue,
+            // the compiler takes no larger ones
+            Sort::Power => *rng.pick(&[1, 3, 8, 31, 64]),
+            Sort::Divide if rng.one_in(3) => *rng.pick(&[65, 100, 128]),
+            Sort::Multiply if rng.one_in(3) => *rng.pick(&[65, 70, 130]),
+            _ => *rng.pick(&[1, 1, 1, 4, 4, 8, 64, 70]),
+        };
+        return sample(sort, width, &mut |n| rng.below(n));
     }
 }
 

@@ -278,6 +278,16 @@ pub const ELEMENTS: &[Element] = &[
         build: |a| Ok(CellKind::AndOr { width: a.width("width"), inputs: a.inputs }),
     },
     Element {
+        name: "majority",
+        summary: "majority gate of three inputs",
+        ports: &[Port::input("a", "first input"), Port::input("b", "second input"), Port::input("c", "third input"), Y],
+        parameters: &[WIDTH],
+        meaning: "`y = (a & b) | ((a | b) & c)`, bit by bit, by the tables of AND and OR: what two of three are is known whatever the third is.\n\n| a b c | 000 | 001 | 010 | 011 | 100 | 101 | 110 | 111 | 00x | 01x | 11x | 0xx | 1xx | xxx |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n| **y** | 0 | 0 | 0 | 1 | 0 | 1 | 1 | 1 | 0 | x | 1 | x | x | x |",
+        source: "the carry of a full adder; the voter of triple modular redundancy",
+        example: r#"{ "type": "majority", "parameters": { "width": "W" }, "connections": { "a": "x1", "b": "x2", "c": "x3", "y": "x" } }"#,
+        build: |a| Ok(CellKind::Majority { width: a.width("width") }),
+    },
+    Element {
         name: "is_zero",
         summary: "zero detector",
         ports: &[Port::input("a", "the number"), Y],

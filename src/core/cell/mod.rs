@@ -269,6 +269,28 @@ pub enum CellKind {
     RcDelay(Rc),
 }
 
+/// The kinds that keep a state and are no memory.
+#[derive(Clone, Copy, Debug)]
+pub enum Storage<'k> {
+    /// SR flip-flop.
+    Sr {
+        /// Set wins over reset.
+        set_dominates: bool,
+        /// The state before anything has set it.
+        init: &'k Value,
+    },
+    /// Transparent latch.
+    Latch(&'k Flop),
+    /// D flip-flop or register.
+    Flop(&'k Flop),
+    /// D flip-flop whose asynchronous controls act at their edges.
+    EdgeFlop(&'k Flop),
+    /// Counter.
+    Counter(&'k Counter),
+    /// Accumulator.
+    Accumulator(&'k Accumulator),
+}
+
 /// What the pins of a kind are, in order.
 struct Shape {
     inputs: &'static [Pin],
@@ -286,7 +308,7 @@ impl CellKind {
             CellKind::Majority { .. } => (pin::ternary::PINS, &["y"]),
             CellKind::Mux { .. } => (pin::mux::PINS, &["y"]),
             CellKind::HalfAdder => (pin::binary::PINS, &["s", "co"]),
-            CellKind::FullAdder => (pin::add::PINS, &["s", "co"]),
+            CellKind::FullAdder => (pin::full_adder::PINS, &["s", "co"]),
             CellKind::Adder { op: AddOp::Add, .. } => (pin::add::PINS, &["y", "co"]),
             CellKind::Adder { op: AddOp::Sub, .. } => (pin::sub::PINS, &["y", "bo"]),
             CellKind::Adder { op: AddOp::AddSub, .. } => (pin::add_sub::PINS, &["y", "co"]),
@@ -377,6 +399,96 @@ impl CellKind {
         }
     }
 
+    /// Whether input pin `index` must be connected: one of no bits need not be.
+    #[must_use]
+    pub fn requires(&self, index: usize) -> bool {
+        self.inputs()[index].required && self.input_width(index) > 0
+    }
+
+    /// How many vectors one above another input pin `index` takes: more than one where it stands for several inputs.
+    #[must_use]
+    #[expect(unreachable_patterns, reason = "those that take several inputs are stateless too")]
+    pub fn inputs_of(&self, index: usize) -> u32 {
+        match (self, index) {
+            (CellKind::Gate { inputs, .. } | CellKind::Resolve { inputs, .. } | CellKind::AndOr { inputs, .. }, _) => {
+                *inputs
+            }
+            (CellKind::Mux { inputs, .. }, pin::mux::IN)
+            | (CellKind::OneHotMux { inputs, .. }, pin::chosen::B | pin::chosen::S) => *inputs,
+            (CellKind::Memory(m), pin::memory::RD_CLK..=pin::memory::RD_ADDR) => m.reads.len() as u32,
+            (CellKind::Memory(m), _) => m.writes.len() as u32,
+            (
+                CellKind::Sr { .. }
+                | CellKind::Latch(_)
+                | CellKind::Flop(_)
+                | CellKind::EdgeFlop(_)
+                | CellKind::Counter(_)
+                | CellKind::Accumulator(_)
+                | stateless!(),
+                _,
+            ) => 1,
+        }
+    }
+
+    /// How many vectors one above another output pin `index` gives.
+    #[must_use]
+    pub fn outputs_of(&self, index: usize) -> u32 {
+        match self {
+            CellKind::Demux { select, .. } if index == 0 => 1 << select,
+            CellKind::Memory(m) => m.reads.len() as u32,
+            CellKind::Sr { .. }
+            | CellKind::Latch(_)
+            | CellKind::Flop(_)
+            | CellKind::EdgeFlop(_)
+            | CellKind::Counter(_)
+            | CellKind::Accumulator(_)
+            | stateless!() => 1,
+        }
+    }
+
+    /// Whether what constants decide of the outputs stays so whatever the other inputs become. Tri-state drivers make z,
+    /// which the bus resolves; some see whether an x is one.
+    #[must_use]
+    pub fn is_pure(&self) -> bool {
+        match self {
+            CellKind::Tristate { .. }
+            | CellKind::Resolve { .. }
+            | CellKind::BitSame { .. }
+            | CellKind::Products { .. }
+            | CellKind::Compare { op: CompareOp::Same | CompareOp::Differs, .. }
+            | CellKind::Sr { .. }
+            | CellKind::Latch(_)
+            | CellKind::Flop(_)
+            | CellKind::EdgeFlop(_)
+            | CellKind::Counter(_)
+            | CellKind::Accumulator(_)
+            | CellKind::Memory(_)
+            | CellKind::Clock(_)
+            | CellKind::Delay { .. }
+            | CellKind::RcDelay(_) => false,
+            CellKind::Gate { .. }
+            | CellKind::AndOr { .. }
+            | CellKind::Majority { .. }
+            | CellKind::Mux { .. }
+            | CellKind::HalfAdder
+            | CellKind::FullAdder
+            | CellKind::Adder { .. }
+            | CellKind::Multiply { .. }
+            | CellKind::Compare { .. }
+            | CellKind::Shift { .. }
+            | CellKind::Divide { .. }
+            | CellKind::Power { .. }
+            | CellKind::OneHotMux { .. }
+            | CellKind::Demux { .. }
+            | CellKind::BitMux { .. }
+            | CellKind::CarrySave { .. }
+            | CellKind::Carry { .. }
+            | CellKind::Alu(_)
+            | CellKind::IsZero { .. }
+            | CellKind::Constant(_) => true,
+        }
+    }
+
     /// The width in bits of input pin `index`.
     #[must_use]
     pub fn input_width(&self, index: usize) -> u32 {
@@ -455,6 +567,20 @@ impl CellKind {
             | CellKind::Memory(_)
             | CellKind::Delay { .. }
             | CellKind::RcDelay(_) => false,
+        }
+    }
+
+    /// What keeps a state that is no memory; none for all others.
+    #[must_use]
+    pub fn storage(&self) -> Option<Storage<'_>> {
+        match self {
+            CellKind::Sr { set_dominates, init } => Some(Storage::Sr { set_dominates: *set_dominates, init }),
+            CellKind::Latch(f) => Some(Storage::Latch(f)),
+            CellKind::Flop(f) => Some(Storage::Flop(f)),
+            CellKind::EdgeFlop(f) => Some(Storage::EdgeFlop(f)),
+            CellKind::Counter(c) => Some(Storage::Counter(c)),
+            CellKind::Accumulator(a) => Some(Storage::Accumulator(a)),
+            CellKind::Memory(_) | stateless!() => None,
         }
     }
 

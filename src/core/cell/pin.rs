@@ -29,13 +29,15 @@ pub struct Pin {
     pub name: &'static str,
     /// What it is to its cell.
     pub role: Role,
+    /// Whether it must be connected.
+    pub required: bool,
     /// What it reads when it is not connected, in every bit.
     pub default: bool,
 }
 
 /// A module for each shape: the pins as constants, numbered in order, and the list of them.
 macro_rules! shapes {
-    ($($(#[$doc:meta])* $shape:ident { $($number:ident = $name:literal: $role:ident $($high:ident)?),* $(,)? })*) => {
+    ($($(#[$doc:meta])* $shape:ident { $($number:ident = $name:literal: $role:ident $($open:ident)?),* $(,)? })*) => {
         $($(#[$doc])* pub mod $shape {
             #![allow(missing_docs, unused_imports, dead_code)]
             use super::{Pin, Role};
@@ -45,11 +47,13 @@ macro_rules! shapes {
             $(pub const $number: usize = Number::$number as usize;)*
             /// The pins in order.
             pub const PINS: &[Pin] =
-                &[$(Pin { name: $name, role: Role::$role, default: shapes!(@high $($high)?) }),*];
+                &[$(shapes!(@pin $name $role $($open)?)),*];
         })*
     };
-    (@high high) => { true };
-    (@high) => { false };
+    // what it reads unconnected: nothing, if it has to be connected
+    (@pin $name:literal $role:ident) => { Pin { name: $name, role: Role::$role, required: true, default: false } };
+    (@pin $name:literal $role:ident low) => { Pin { name: $name, role: Role::$role, required: false, default: false } };
+    (@pin $name:literal $role:ident high) => { Pin { name: $name, role: Role::$role, required: false, default: true } };
 }
 
 shapes! {
@@ -67,12 +71,14 @@ shapes! {
     mux { IN = "in": Data, S = "s": Data }
     /// Tri-state buffer.
     tristate { A = "a": Data, EN = "en": Data }
+    /// Full adder.
+    full_adder { A = "a": Data, B = "b": Data, CI = "ci": Data }
     /// Adder.
-    add { A = "a": Data, B = "b": Data, CI = "ci": Data }
+    add { A = "a": Data, B = "b": Data, CI = "ci": Data low }
     /// Subtractor.
-    sub { A = "a": Data, B = "b": Data, BI = "bi": Data }
+    sub { A = "a": Data, B = "b": Data, BI = "bi": Data low }
     /// Adder and subtractor, chosen by an input.
-    add_sub { A = "a": Data, B = "b": Data, CI = "ci": Data, SUB = "sub": Data }
+    add_sub { A = "a": Data, B = "b": Data, CI = "ci": Data low, SUB = "sub": Data }
     /// Multiplexers with a line for each input, or a select for each bit.
     chosen { A = "a": Data, B = "b": Data, S = "s": Data }
     /// Demultiplexer.
@@ -87,37 +93,37 @@ shapes! {
     flop {
         CLK = "clk": Clock,
         D = "d": Data,
-        ALOAD = "aload": Level,
-        SET = "set": Level,
-        RESET = "reset": Level,
+        ALOAD = "aload": Level low,
+        SET = "set": Level low,
+        RESET = "reset": Level low,
         EN = "en": Enable high,
-        SYNC_SET = "sync_set": Enable,
-        SYNC_RESET = "sync_reset": Enable,
+        SYNC_SET = "sync_set": Enable low,
+        SYNC_RESET = "sync_reset": Enable low,
     }
     /// D flip-flop whose asynchronous controls act at their edges.
     edge_flop {
         CLK = "clk": Clock,
         D = "d": Sampled,
-        AD = "ad": Sampled,
-        ALOAD = "aload": Trigger,
-        SET = "set": Trigger,
-        RESET = "reset": Trigger,
+        AD = "ad": Sampled low,
+        ALOAD = "aload": Trigger low,
+        SET = "set": Trigger low,
+        RESET = "reset": Trigger low,
         EN = "en": Enable high,
     }
     /// Transparent latch.
-    latch { EN = "en": Level, D = "d": Data, SET = "set": Level, RESET = "reset": Level }
+    latch { EN = "en": Level, D = "d": Data, SET = "set": Level low, RESET = "reset": Level low }
     /// Counter.
     counter {
         CLK = "clk": Clock,
-        D = "d": Data,
-        ALOAD = "aload": Level,
-        RESET = "reset": Level,
+        D = "d": Data low,
+        ALOAD = "aload": Level low,
+        RESET = "reset": Level low,
         EN = "en": Enable high,
-        DOWN = "down": Sampled,
-        LOAD = "load": Enable,
+        DOWN = "down": Sampled low,
+        LOAD = "load": Enable low,
     }
     /// Accumulator.
-    accumulator { CLK = "clk": Clock, D = "d": Data, CI = "ci": Data, RESET = "reset": Level, EN = "en": Enable high }
+    accumulator { CLK = "clk": Clock, D = "d": Data, CI = "ci": Data low, RESET = "reset": Level low, EN = "en": Enable high }
     /// Memory; each pin is that of all ports.
     memory {
         RD_CLK = "rd_clk": Clock,

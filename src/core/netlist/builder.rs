@@ -427,7 +427,7 @@ impl Builder {
                 .inputs()
                 .iter()
                 .enumerate()
-                .map(|(k, p)| (p.name, draft.inputs.get(k), draft.kind.input_width(k), needs(&draft.kind, k)));
+                .map(|(k, p)| (p.name, draft.inputs.get(k), draft.kind.input_width(k), draft.kind.requires(k)));
             let outs = draft
                 .kind
                 .outputs()
@@ -501,18 +501,5 @@ impl Builder {
                 faults.push(Fault::SeveralDrivers { signal, bit: offset, drivers });
             }
         }
-    }
-}
-
-/// Whether a pin has no sensible default.
-fn needs(kind: &CellKind, pin: usize) -> bool {
-    match kind {
-        CellKind::Counter(_) => pin == 0,
-        // a port of no bits where there is no port
-        CellKind::Memory(_) => kind.input_width(pin) > 0,
-        CellKind::Flop(_) | CellKind::EdgeFlop(_) | CellKind::Latch(_) | CellKind::Accumulator(_) => pin <= 1,
-        CellKind::Adder { op: AddOp::AddSub, .. } => pin != 2,
-        CellKind::Adder { .. } => pin <= 1,
-        _ => true,
     }
 }

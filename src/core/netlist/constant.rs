@@ -3,7 +3,7 @@
 //! Knowing them keeps loops that cannot carry anything out of the evaluation order.
 
 use super::{CellId, Netlist, Slice};
-use crate::cell::{CellKind, CompareOp, evaluate};
+use crate::cell::{CellKind, evaluate};
 use crate::value::Word;
 use crate::value::word::{copy, mask, word_mask, words};
 
@@ -33,7 +33,7 @@ impl Constants {
         while let Some(cell) = work.pop() {
             for net in constants.visit(netlist, cell, &mut buffer) {
                 let kind = |c: CellId| &netlist.cell(c).kind;
-                work.extend(readers.after(net.0).iter().map(|&c| CellId(c)).filter(|&c| is_pure(kind(c))));
+                work.extend(readers.after(net.0).iter().map(|&c| CellId(c)).filter(|&c| kind(c).is_pure()));
             }
         }
         constants
@@ -120,23 +120,6 @@ impl Netlist {
     pub fn constants(&self) -> &Constants {
         self.constants.get_or_init(|| Constants::new(self))
     }
-}
-
-/// Whether the outputs of a cell follow from its inputs alone, without state or time.
-fn is_pure(kind: &CellKind) -> bool {
-    // tri-state drivers make z, which the bus resolves; some see whether an x is one
-    let other = matches!(
-        kind,
-        CellKind::Clock(_)
-            | CellKind::Delay { .. }
-            | CellKind::RcDelay(_)
-            | CellKind::Tristate { .. }
-            | CellKind::Resolve { .. }
-            | CellKind::BitSame { .. }
-            | CellKind::Products { .. }
-            | CellKind::Compare { op: CompareOp::Same | CompareOp::Differs, .. }
-    );
-    kind.init().is_none() && !other
 }
 
 #[cfg(test)]

@@ -116,7 +116,7 @@ impl Netlist {
 /// Whether some bits of a pin of which a change acts at once do so: of a memory's addresses those without a clock.
 fn reads_at_once(kind: &CellKind, pin: usize, bits: &Range<u32>) -> bool {
     match kind {
-        CellKind::Memory(m) if pin == 4 => {
+        CellKind::Memory(m) if pin == crate::cell::pin::memory::RD_ADDR => {
             let ports = (bits.start / m.abits) as usize..=((bits.end - 1) / m.abits) as usize;
             m.reads[ports].iter().any(|r| r.clock.is_none())
         }

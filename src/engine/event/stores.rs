@@ -3,7 +3,7 @@
 use super::build::{BLANK, Build};
 use super::program::{ClockPin, Code, ControlPin, Op, Operand, Store, StoreCode};
 use crate::cell::pin::{accumulator, counter, flop};
-use crate::cell::{CellKind, Edge, Role};
+use crate::cell::{CellKind, Edge, Role, Storage};
 use crate::netlist::CellId;
 use crate::value::word::mask;
 
@@ -23,19 +23,11 @@ impl Build<'_> {
             width,
             ..Store::BLANK
         };
-        if width > 64 || matches!(kind, CellKind::EdgeFlop(_)) {
-            store.general = self.general(cell);
-            let ext = store.general;
-            self.program.stores.push(store);
-            if level {
-                self.push(Op { code: Code::General, ext, ..BLANK });
-            }
-            return;
-        }
         let word = |v: &crate::Value| v.words().next().unwrap_or_default();
+        let narrow = kind.storage().filter(|_| width <= 64);
         // what it does without a clock comes before it samples, and so do its pins
-        let at_once: &[usize] = match kind {
-            CellKind::Flop(f) => {
+        let at_once: &[usize] = match narrow {
+            Some(Storage::Flop(f)) => {
                 store.code = match [flop::ALOAD, flop::SYNC_SET, flop::SYNC_RESET].into_iter().any(acts) {
                     false if ![flop::SET, flop::RESET].into_iter().any(acts) => StoreCode::Plain,
                     false if netlist.input(cell, flop::EN).is_empty() => StoreCode::SetReset,
@@ -47,7 +39,7 @@ impl Build<'_> {
                     false => &[flop::ALOAD, flop::SET, flop::RESET],
                 }
             }
-            CellKind::Counter(c) => {
+            Some(Storage::Counter(c)) => {
                 store.code = StoreCode::Counter;
                 store.set_value = word(&c.step);
                 match acts(counter::ALOAD) {
@@ -55,11 +47,19 @@ impl Build<'_> {
                     false => &[counter::ALOAD, counter::RESET],
                 }
             }
-            CellKind::Accumulator(_) => {
+            Some(Storage::Accumulator(_)) => {
                 store.code = StoreCode::Accumulator;
                 &[accumulator::D, accumulator::CI, accumulator::RESET]
             }
-            other => unreachable!("{} has no clock", other.element()),
+            Some(Storage::EdgeFlop(_) | Storage::Sr { .. } | Storage::Latch(_)) | None => {
+                store.general = self.general(cell);
+                let ext = store.general;
+                self.program.stores.push(store);
+                if level {
+                    self.push(Op { code: Code::General, ext, ..BLANK });
+                }
+                return;
+            }
         };
         at_once.iter().for_each(|&pin| store.pins[pin] = self.pin(cell, pin));
         let (y, y2, a, b) = (store.q, store.derived, store.pins[flop::SET], store.pins[flop::RESET]);

@@ -1,8 +1,10 @@
 //! Cells without state: operators and the expressions that mean the same, x and z included.
 
-use super::storage;
 use super::text::{literal, part, range, repeat, zeros};
 use super::writer::Writer;
+use super::{memory, storage};
+use crate::cell::pin::several::IN;
+use crate::cell::pin::{self, add, add_sub, binary, chosen, ternary};
 use crate::cell::{AddOp, CellKind, CompareOp, DivideOp, GateOp, ShiftOp};
 use crate::netlist::hierarchy::Cell;
 
@@ -20,20 +22,20 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
         return;
     }
     let y = match kind {
-        CellKind::Gate { op: GateOp::Not, .. } => format!("~{}", of(w, 0)),
+        CellKind::Gate { op: GateOp::Not, .. } => format!("~{}", of(w, IN)),
         // a buffer gives x for z
-        CellKind::Gate { op: GateOp::Buf, width, .. } => format!("{} | {}", of(w, 0), zeros(*width)),
+        CellKind::Gate { op: GateOp::Buf, width, .. } => format!("{} | {}", of(w, IN), zeros(*width)),
         CellKind::Gate { op, width, inputs } => {
             let sign = match op {
                 GateOp::And | GateOp::Nand => "&",
                 GateOp::Xor | GateOp::Xnor => "^",
-                _ => "|",
+                GateOp::Or | GateOp::Nor | GateOp::Buf | GateOp::Not => "|",
             };
-            let pieces = &cell.inputs[0];
+            let pieces = &cell.inputs[IN];
             let joined = if *width == 1 && (pieces.len() == 1 || *inputs > 16) && *inputs > 1 {
-                format!("{sign}{}", of(w, 0))
+                format!("{sign}{}", of(w, IN))
             } else {
-                let all: Vec<String> = (0..*inputs).map(|k| several(w, 0, k, *width)).collect();
+                let all: Vec<String> = (0..*inputs).map(|k| several(w, IN, k, *width)).collect();
                 all.join(&format!(" {sign} "))
             };
             // of a single input, x for z
@@ -41,21 +43,31 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
             if op.inverts() { format!("~({joined})") } else { joined }
         }
         CellKind::AndOr { width, inputs } => {
-            let term = |k| format!("({} & {})", several(w, 0, k, *width), repeat(*width, &bit(w, 1, k)));
+            let term = |k| {
+                format!(
+                    "({} & {})",
+                    several(w, pin::and_or::IN, k, *width),
+                    repeat(*width, &bit(w, pin::and_or::SEL, k))
+                )
+            };
             (0..*inputs).map(term).collect::<Vec<_>>().join(" | ")
         }
+        CellKind::Majority { .. } => {
+            let (a, b, c) = (of(w, ternary::A), of(w, ternary::B), of(w, ternary::C));
+            format!("({a} & {b}) | (({a} | {b}) & {c})")
+        }
         CellKind::Mux { width, inputs } => {
-            let ins: Vec<String> = (0..*inputs).map(|k| several(w, 0, k, *width)).collect();
-            let lines: Vec<String> = (0..kind.input_width(1)).map(|i| bit(w, 1, i)).collect();
+            let ins: Vec<String> = (0..*inputs).map(|k| several(w, pin::mux::IN, k, *width)).collect();
+            let lines: Vec<String> = (0..kind.input_width(pin::mux::S)).map(|i| bit(w, pin::mux::S, i)).collect();
             mux(*width, &ins, &lines, 0, lines.len())
         }
         CellKind::HalfAdder => {
-            let (a, b) = (of(w, 0), of(w, 1));
+            let (a, b) = (of(w, binary::A), of(w, binary::B));
             w.assign(cell, 0, &format!("{a} ^ {b}"));
             format!("{a} & {b}")
         }
         CellKind::FullAdder => {
-            let (a, b, c) = (of(w, 0), of(w, 1), of(w, 2));
+            let (a, b, c) = (of(w, pin::full_adder::A), of(w, pin::full_adder::B), of(w, pin::full_adder::CI));
             w.assign(cell, 0, &format!("{a} ^ {b} ^ {c}"));
             format!("({a} & {b}) | (({a} ^ {b}) & {c})")
         }
@@ -65,7 +77,7 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
                 let high = if *signed { repeat(more, &bit(w, pin, own - 1)) } else { zeros(more) };
                 format!("{{{high}, {}}}", of(w, pin))
             };
-            format!("{} * {}", extended(w, 0, *a_width, *b_width), extended(w, 1, *b_width, *a_width))
+            format!("{} * {}", extended(w, binary::A, *a_width, *b_width), extended(w, binary::B, *b_width, *a_width))
         }
         CellKind::Compare { op, signed, .. } => {
             let sign = match op {
@@ -78,7 +90,7 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
                 CompareOp::Same => "===",
                 CompareOp::Differs => "!==",
             };
-            let (a, b) = (of(w, 0), of(w, 1));
+            let (a, b) = (of(w, binary::A), of(w, binary::B));
             let order = !matches!(op, CompareOp::Eq | CompareOp::Ne | CompareOp::Same | CompareOp::Differs);
             if *signed && order { format!("$signed({a}) {sign} $signed({b})") } else { format!("{a} {sign} {b}") }
         }
@@ -91,25 +103,25 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
             power(w, cell, *width, *b_width, *a_signed, *b_signed)
         }
         CellKind::OneHotMux { width, inputs } => {
-            let s = of(w, 2);
-            let mut text = format!("{s} === {} ? {}", zeros(*inputs), of(w, 0));
+            let s = of(w, chosen::S);
+            let mut text = format!("{s} === {} ? {}", zeros(*inputs), of(w, chosen::A));
             for k in 0..*inputs {
                 let line: String = (0..*inputs).rev().map(|i| if i == k { '1' } else { '0' }).collect();
-                text += &format!(" :\n        {s} === {inputs}'b{line} ? {}", several(w, 1, k, *width));
+                text += &format!(" :\n        {s} === {inputs}'b{line} ? {}", several(w, chosen::B, k, *width));
             }
             format!("{text} :\n        {width}'bx")
         }
         CellKind::Demux { width, select } => {
-            let (a, s) = (of(w, 0), of(w, 1));
+            let (a, s) = (of(w, pin::demux::A), of(w, pin::demux::S));
             let one = |k| format!("{s} == {select}'d{k} ? {a} : {}", zeros(*width));
             format!("{{{}}}", (0..1u32 << select).rev().map(one).collect::<Vec<_>>().join(",\n        "))
         }
         CellKind::BitMux { width } => {
-            let one = |i| format!("{} ? {} : {}", bit(w, 2, i), bit(w, 1, i), bit(w, 0, i));
+            let one = |i| format!("{} ? {} : {}", bit(w, chosen::S, i), bit(w, chosen::B, i), bit(w, chosen::A, i));
             format!("{{{}}}", (0..*width).rev().map(one).collect::<Vec<_>>().join(", "))
         }
         CellKind::BitSame { width } => {
-            let one = |i| format!("{} === {}", bit(w, 0, i), bit(w, 1, i));
+            let one = |i| format!("{} === {}", bit(w, binary::A, i), bit(w, binary::B, i));
             format!("{{{}}}", (0..*width).rev().map(one).collect::<Vec<_>>().join(", "))
         }
         CellKind::Products { width, table } => {
@@ -120,10 +132,10 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
                     let wanted = |word: u64| word >> (i % 64) & 1 == 1;
                     match (wanted(zero), wanted(one)) {
                         (false, false) => None,
-                        (true, false) => Some(format!("{} !== 1'b1", bit(w, 0, i))),
-                        (false, true) => Some(format!("{} !== 1'b0", bit(w, 0, i))),
+                        (true, false) => Some(format!("{} !== 1'b1", bit(w, pin::unary::A, i))),
+                        (false, true) => Some(format!("{} !== 1'b0", bit(w, pin::unary::A, i))),
                         // both at once: only what is unknown
-                        (true, true) => Some(format!("{0} !== 1'b0 && {0} !== 1'b1", bit(w, 0, i))),
+                        (true, true) => Some(format!("{0} !== 1'b0 && {0} !== 1'b1", bit(w, pin::unary::A, i))),
                     }
                 });
                 let literals: Vec<String> = literals.collect();
@@ -133,7 +145,7 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
             if all.is_empty() { "1'b0".to_owned() } else { all.join(" || ") }
         }
         CellKind::CarrySave { .. } => {
-            let (a, b, c) = (of(w, 0), of(w, 1), of(w, 2));
+            let (a, b, c) = (of(w, ternary::A), of(w, ternary::B), of(w, ternary::C));
             w.assign(cell, 1, &format!("{a} ^ {b} ^ {c}"));
             // where any of the three is unknown, the carry is too
             let text = format!("(({a} & {b}) | ({c} & ({a} ^ {b}))) ^ (({a} ^ {b} ^ {c}) ^ ({a} ^ {b} ^ {c}))");
@@ -141,7 +153,7 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
         }
         CellKind::Carry { width } => {
             // the carries of an addition that generates and propagates at the same places; all x where p or g is
-            let (p, g, ci) = (of(w, 0), of(w, 1), of(w, 2));
+            let (p, g, ci) = (of(w, pin::carry::P), of(w, pin::carry::G), of(w, pin::carry::CI));
             let wide = |text: &str| format!("{{1'b0, {text}}}");
             let (into, sum) = (w.helper(cell, "into"), w.helper(cell, "sum"));
             let all = format!("{{{p}, {g}}}");
@@ -151,11 +163,22 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
             format!("{into}[{width}:1] ^ {}", repeat(*width, &format!("(^{all} ^ ^{all})")))
         }
         CellKind::Alu(shape) => return alu(w, cell, shape),
-        CellKind::IsZero { width } => format!("~{}{}", if *width == 1 { "" } else { "|" }, of(w, 0)),
-        CellKind::Tristate { width } => format!("{} ? {} : {width}'bz", of(w, 1), of(w, 0)),
+        CellKind::IsZero { width } => format!("~{}{}", if *width == 1 { "" } else { "|" }, of(w, pin::unary::A)),
+        CellKind::Tristate { width } => {
+            format!("{} ? {} : {width}'bz", of(w, pin::tristate::EN), of(w, pin::tristate::A))
+        }
         CellKind::Constant(value) => literal(value),
         CellKind::Resolve { .. } => return,
-        _ => return storage::write(w, cell),
+        CellKind::Clock(clock) => return storage::clock(w, cell, *clock),
+        CellKind::Delay { width, ticks, init } => return storage::delay(w, cell, *width, *ticks, init.as_deref()),
+        CellKind::RcDelay(rc) => return storage::rc_delay(w, cell, *rc),
+        CellKind::Memory(m) => return memory::write(w, cell, m),
+        CellKind::Sr { .. }
+        | CellKind::Latch(_)
+        | CellKind::Flop(_)
+        | CellKind::EdgeFlop(_)
+        | CellKind::Counter(_)
+        | CellKind::Accumulator(_) => return kind.storage().into_iter().for_each(|kind| storage::write(w, cell, kind)),
     };
     // the last output: the one before it, if there is one, is assigned already
     w.assign(cell, cell.outputs.len() - 1, &y);
@@ -176,10 +199,10 @@ fn mux(width: u32, ins: &[String], lines: &[String], base: usize, bits: usize) -
 }
 
 fn adder(w: &mut Writer<'_>, cell: &Cell, op: AddOp, width: u32) {
-    let (a, b) = (w.input(cell, 0), w.input(cell, 1));
+    let (a, b) = (w.input(cell, add::A), w.input(cell, add::B));
     let has = |pin: usize| cell.inputs.get(pin).is_some_and(|p| !storage::is_never(p));
     let carry = |w: &Writer<'_>, wide: u32, text: Option<String>| {
-        let text = text.or_else(|| has(2).then(|| w.input(cell, 2)));
+        let text = text.or_else(|| has(add::CI).then(|| w.input(cell, add::CI)));
         text.map(|ci| if wide == 1 { ci } else { format!("{{{}, {ci}}}", zeros(wide - 1)) })
     };
     let sign = if op == AddOp::Sub { "-" } else { "+" };
@@ -189,7 +212,7 @@ fn adder(w: &mut Writer<'_>, cell: &Cell, op: AddOp, width: u32) {
     };
     let no_carry = Writer::is_open(cell, 1);
     let wide = |text: &str| format!("{{1'b0, {text}}}");
-    if op != AddOp::AddSub || !has(3) {
+    if op != AddOp::AddSub || !has(add_sub::SUB) {
         if no_carry {
             let ci = carry(w, width, None);
             return w.assign(cell, 0, &sum(b, a, ci));
@@ -204,9 +227,9 @@ fn adder(w: &mut Writer<'_>, cell: &Cell, op: AddOp, width: u32) {
         w.assign(cell, 0, &format!("{all}[{}:0]", width - 1));
         return w.assign(cell, 1, &format!("{all}[{width}]"));
     }
-    let sub = w.input(cell, 3);
+    let sub = w.input(cell, add_sub::SUB);
     let inverted = format!("({b} ^ {})", repeat(width, &sub));
-    let ci = if has(2) { format!("({} ^ {sub})", w.input(cell, 2)) } else { sub.clone() };
+    let ci = if has(add::CI) { format!("({} ^ {sub})", w.input(cell, add::CI)) } else { sub.clone() };
     if no_carry {
         let ci = carry(w, width, Some(ci));
         return w.assign(cell, 0, &sum(inverted, a, ci));
@@ -233,11 +256,11 @@ fn named(w: &mut Writer<'_>, cell: &Cell, pin: usize, signed: bool) -> String {
 }
 
 fn shift(w: &mut Writer<'_>, cell: &Cell, op: ShiftOp, a_width: u32, b_width: u32, width: u32) -> String {
-    let b = w.input(cell, 1);
+    let b = w.input(cell, binary::B);
     // as wide as operand and result
     let wide = a_width.max(width);
     let fill = |w: &mut Writer<'_>, signed: bool| {
-        let a = named(w, cell, 0, false);
+        let a = named(w, cell, binary::A, false);
         let high = match (wide - a_width, signed) {
             (0, _) => return a,
             (n, true) if a_width == 1 => repeat(n, &a),
@@ -268,13 +291,13 @@ fn shift(w: &mut Writer<'_>, cell: &Cell, op: ShiftOp, a_width: u32, b_width: u3
             cut(w, format!("$unsigned($signed({a}) >>> {b})"))
         }
         ShiftOp::Both => {
-            let (a, b) = (fill(w, false), named(w, cell, 1, false));
+            let (a, b) = (fill(w, false), named(w, cell, binary::B, false));
             let top = if b_width == 1 { b.clone() } else { format!("{b}[{}]", b_width - 1) };
             // the negative of the most negative amount has a bit more
             cut(w, format!("{top} ? {a} << -{{1'b1, {b}}} : {a} >> {b}"))
         }
         ShiftOp::Part | ShiftOp::PartSigned => {
-            let (a, b) = (named(w, cell, 0, false), named(w, cell, 1, op == ShiftOp::PartSigned));
+            let (a, b) = (named(w, cell, binary::A, false), named(w, cell, binary::B, op == ShiftOp::PartSigned));
             match a_width {
                 // one bit cannot be indexed
                 1 => {
@@ -289,7 +312,7 @@ fn shift(w: &mut Writer<'_>, cell: &Cell, op: ShiftOp, a_width: u32, b_width: u3
 }
 
 fn divide(w: &mut Writer<'_>, cell: &Cell, op: DivideOp, width: u32, signed: bool) -> String {
-    let (a, b) = (w.input(cell, 0), w.input(cell, 1));
+    let (a, b) = (w.input(cell, binary::A), w.input(cell, binary::B));
     let sign = |text: &str| if signed { format!("$signed({text})") } else { text.to_owned() };
     let whole = |text: String| if signed { format!("$unsigned({text})") } else { text };
     let quotient = whole(format!("{} / {}", sign(&a), sign(&b)));
@@ -299,7 +322,7 @@ fn divide(w: &mut Writer<'_>, cell: &Cell, op: DivideOp, width: u32, signed: boo
     }
     // rounded down: one less where there is a rest and the signs differ
     let (q, r) = (w.helper(cell, "quotient"), w.helper(cell, "rest"));
-    let (a, b) = (named(w, cell, 0, false), named(w, cell, 1, false));
+    let (a, b) = (named(w, cell, binary::A, false), named(w, cell, binary::B, false));
     let top = |x: &str| if width == 1 { x.to_owned() } else { format!("{x}[{}]", width - 1) };
     w.line(format!("wire {}{r} = {rest};", range(width)));
     let down = format!("(|{r} && ({} ^ {}))", top(&a), top(&b));
@@ -316,7 +339,7 @@ fn extended(width: u32, bit: &str) -> String {
 }
 
 fn power(w: &mut Writer<'_>, cell: &Cell, width: u32, b_width: u32, a_signed: bool, b_signed: bool) -> String {
-    let (a, b) = (named(w, cell, 0, false), named(w, cell, 1, false));
+    let (a, b) = (named(w, cell, binary::A, false), named(w, cell, binary::B, false));
     let plain = format!("{a} ** {b}");
     if !b_signed {
         return plain;
@@ -346,8 +369,8 @@ fn alu(w: &mut Writer<'_>, cell: &Cell, alu: &crate::cell::Alu) {
         };
         (name, text)
     };
-    let (a, b) = (operand(w, 0, alu.a_width), operand(w, 1, alu.b_width));
-    let (ci, bi) = (w.input(cell, 2), w.input(cell, 3));
+    let (a, b) = (operand(w, pin::alu::A, alu.a_width), operand(w, pin::alu::B, alu.b_width));
+    let (ci, bi) = (w.input(cell, pin::alu::CI), w.input(cell, pin::alu::BI));
     let (first, second) = (w.helper(cell, "first"), w.helper(cell, "second"));
     w.line(format!("wire [{n}:0] {first} = {{1'b0, {}}};", a.1));
     w.line(format!("wire [{n}:0] {second} = {{1'b0, {} ^ {}}};", b.1, repeat(n, &bi)));

@@ -57,7 +57,10 @@ pub(super) fn closing(netlist: &Netlist, module: &Module) -> Vec<bool> {
         pieces.iter().flat_map(one).collect()
     };
     let plain = |c: &Cell| {
-        matches!(netlist.cell(c.id).kind, CellKind::Gate { .. } | CellKind::AndOr { .. } | CellKind::Mux { .. })
+        matches!(
+            netlist.cell(c.id).kind,
+            CellKind::Gate { .. } | CellKind::AndOr { .. } | CellKind::Majority { .. } | CellKind::Mux { .. }
+        )
     };
     let mut edges: Vec<(u32, u32)> = Vec::new();
     for (c, cell) in module.cells.iter().enumerate().filter(|(_, c)| plain(c)) {

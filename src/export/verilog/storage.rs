@@ -5,7 +5,8 @@ use std::collections::HashSet;
 use super::memory;
 use super::text::{literal, range, repeat, zeros};
 use super::writer::Writer;
-use crate::cell::{CellKind, Counter, Edge, Flop};
+use crate::cell::pin::{self, accumulator, counter, edge_flop, flop, latch, sr};
+use crate::cell::{Accumulator, CellKind, Clock, Counter, Edge, Flop, Rc, Storage};
 use crate::netlist::hierarchy::{Cell, Piece};
 use crate::netlist::{NetId, Netlist};
 use crate::{Logic, Value};
@@ -35,12 +36,12 @@ enum Form {
 }
 
 /// What a level-sensitive cell is held at, where its controls are tied so that nothing can change it.
-fn held(cell: &Cell, kind: &CellKind) -> Option<Value> {
+fn held(cell: &Cell, kind: Storage<'_>) -> Option<Value> {
     let (never, always) = (|pin: usize| is_never(&cell.inputs[pin]), |pin: usize| is_always(&cell.inputs[pin]));
     match kind {
-        CellKind::Sr { set_dominates, init } => {
-            let (first, second) = if *set_dominates { (0, 1) } else { (1, 0) };
-            let value = |pin: usize| Some(Value::from_u64(u64::from(pin == 0), 1));
+        Storage::Sr { set_dominates, init } => {
+            let (first, second) = if set_dominates { (sr::S, sr::R) } else { (sr::R, sr::S) };
+            let value = |pin: usize| Some(Value::from_u64(u64::from(pin == sr::S), 1));
             match () {
                 () if always(first) => value(first),
                 () if never(first) && always(second) => value(second),
@@ -48,37 +49,38 @@ fn held(cell: &Cell, kind: &CellKind) -> Option<Value> {
                 () => None,
             }
         }
-        CellKind::Latch(f) => match () {
-            () if always(3) => Some(f.reset_value.clone()),
-            () if never(3) && always(2) => Some(f.set_value.clone()),
-            () if never(3) && never(2) && never(0) => Some(f.init.clone()),
-            () if never(3) && never(2) && always(0) => match cell.inputs[1].as_slice() {
-                [Piece::Constant(value)] => Some(value.clone()),
-                _ => None,
-            },
+        Storage::Latch(f) => match () {
+            () if always(latch::RESET) => Some(f.reset_value.clone()),
+            () if never(latch::RESET) && always(latch::SET) => Some(f.set_value.clone()),
+            () if never(latch::RESET) && never(latch::SET) && never(latch::EN) => Some(f.init.clone()),
+            () if never(latch::RESET) && never(latch::SET) && always(latch::EN) => {
+                match cell.inputs[latch::D].as_slice() {
+                    [Piece::Constant(value)] => Some(value.clone()),
+                    _ => None,
+                }
+            }
             () => None,
         },
-        _ => None,
+        Storage::Flop(_) | Storage::EdgeFlop(_) | Storage::Counter(_) | Storage::Accumulator(_) => None,
     }
 }
 
-fn form(cell: &Cell, kind: &CellKind) -> Form {
+fn form(cell: &Cell, kind: Storage<'_>) -> Form {
     let on = |pin: usize| !is_never(&cell.inputs[pin]);
     let (several, reset) = match kind {
-        CellKind::Sr { .. } | CellKind::Latch(_) => {
+        Storage::Sr { .. } | Storage::Latch(_) => {
             return if held(cell, kind).is_some() { Form::Reset } else { Form::Always };
         }
-        CellKind::Flop(_) => (on(2) || on(3) && on(4), 4),
-        CellKind::EdgeFlop(_) => (on(3) || on(4) && on(5), usize::MAX),
-        CellKind::Counter(_) => (on(2), 3),
-        CellKind::Accumulator(_) => (false, 3),
-        _ => return Form::Module,
+        Storage::Flop(_) => (on(flop::ALOAD) || on(flop::SET) && on(flop::RESET), flop::RESET),
+        Storage::EdgeFlop(_) => (on(edge_flop::ALOAD) || on(edge_flop::SET) && on(edge_flop::RESET), usize::MAX),
+        Storage::Counter(_) => (on(counter::ALOAD), counter::RESET),
+        Storage::Accumulator(_) => (false, accumulator::RESET),
     };
     let always = |pin: usize| cell.inputs.get(pin).is_some_and(|p| is_always(p));
     let tied = match kind {
-        CellKind::Flop(_) => always(3),
-        CellKind::EdgeFlop(_) => always(4) || always(5),
-        _ => false,
+        Storage::Flop(_) => always(flop::SET),
+        Storage::EdgeFlop(_) => always(edge_flop::SET) || always(edge_flop::RESET),
+        Storage::Sr { .. } | Storage::Latch(_) | Storage::Counter(_) | Storage::Accumulator(_) => false,
     };
     match () {
         () if always(reset) => Form::Reset,
@@ -89,45 +91,50 @@ fn form(cell: &Cell, kind: &CellKind) -> Form {
 
 /// The outputs of a cell that are variables, which an `always` block of the module sets.
 pub(super) fn variables(cell: &Cell, kind: &CellKind) -> Vec<Vec<Piece>> {
-    match kind {
-        CellKind::Memory(m) => memory::variables(cell, m),
-        _ if form(cell, kind) == Form::Always && kind.init().is_some() => vec![cell.outputs[0].clone()],
-        _ => vec![],
+    if let CellKind::Memory(m) = kind {
+        return memory::variables(cell, m);
     }
+    let blocks = kind.storage().filter(|&kind| form(cell, kind) == Form::Always);
+    blocks.map(|_| cell.outputs[0].clone()).into_iter().collect()
+}
+
+/// Writes a free-running clock.
+pub(super) fn clock(w: &mut Writer<'_>, cell: &Cell, c: Clock) {
+    let own = [("PERIOD", c.period), ("HIGH", c.high), ("PHASE", c.phase)];
+    let mut own = own.map(|(n, v)| (n.to_owned(), format!("64'd{v}"))).to_vec();
+    if !w.clocks.contains(&w.netlist.output(cell.id, 0)) {
+        own.push(("LEVEL".to_owned(), "1".to_owned()));
+    }
+    module(w, cell, "discreta_clock", &own, &[]);
+}
+
+/// Writes a plain delay.
+pub(super) fn delay(w: &mut Writer<'_>, cell: &Cell, width: u32, ticks: u64, init: Option<&Value>) {
+    let init = init.cloned().unwrap_or_else(|| Value::unknown(width));
+    let own = [("WIDTH", width.to_string()), ("TICKS", format!("64'd{ticks}")), ("INIT", literal(&init))];
+    module(w, cell, "discreta_delay", &own.map(|(n, v)| (n.to_owned(), v)), &[("a", pin::delay::A)]);
+}
+
+/// Writes an RC delay.
+pub(super) fn rc_delay(w: &mut Writer<'_>, cell: &Cell, rc: Rc) {
+    let own = [("TAU_BITS", rc.tau), ("RISE_BITS", rc.rise), ("FALL_BITS", rc.fall)];
+    let own = own.map(|(n, v)| (n.to_owned(), format!("64'h{:016x} /* {v} */", v.to_bits())));
+    module(w, cell, "discreta_rc_delay", &own, &[("a", pin::delay::A)]);
 }
 
 /// Writes a cell with state.
-pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
-    let kind = w.kind(cell);
+pub(super) fn write(w: &mut Writer<'_>, cell: &Cell, kind: Storage<'_>) {
     let name = w.netlist.cell(cell.id).name.clone();
-    match (kind, form(cell, kind)) {
-        (CellKind::Clock(c), _) => {
-            let own = [("PERIOD", c.period), ("HIGH", c.high), ("PHASE", c.phase)];
-            let mut own = own.map(|(n, v)| (n.to_owned(), format!("64'd{v}"))).to_vec();
-            if !w.clocks.contains(&w.netlist.output(cell.id, 0)) {
-                own.push(("LEVEL".to_owned(), "1".to_owned()));
-            }
-            module(w, cell, "discreta_clock", &own, &[]);
-        }
-        (CellKind::Delay { width, ticks, init }, _) => {
-            let init = init.as_deref().cloned().unwrap_or_else(|| Value::unknown(*width));
-            let own = [("WIDTH", width.to_string()), ("TICKS", format!("64'd{ticks}")), ("INIT", literal(&init))];
-            module(w, cell, "discreta_delay", &own.map(|(n, v)| (n.to_owned(), v)), &[("a", 0)]);
-        }
-        (CellKind::RcDelay(rc), _) => {
-            let own = [("TAU_BITS", rc.tau), ("RISE_BITS", rc.rise), ("FALL_BITS", rc.fall)];
-            let own = own.map(|(n, v)| (n.to_owned(), format!("64'h{:016x} /* {v} */", v.to_bits())));
-            module(w, cell, "discreta_rc_delay", &own, &[("a", 0)]);
-        }
-        (CellKind::Flop(f), Form::Module) => {
+    match (form(cell, kind), kind) {
+        (Form::Module, Storage::Flop(f)) => {
             let pins = ["clk", "d", "async_load", "async_set", "async_reset", "en", "sync_set", "sync_reset"];
-            flop_module(w, cell, "discreta_register", f, &pins);
+            flop_module(w, cell, "discreta_register", kind, f, &pins);
         }
-        (CellKind::EdgeFlop(f), Form::Module) => {
+        (Form::Module, Storage::EdgeFlop(f)) => {
             let pins = ["clk", "d", "load_data", "async_load", "async_set", "async_reset", "en"];
-            flop_module(w, cell, "discreta_edge_register", f, &pins);
+            flop_module(w, cell, "discreta_edge_register", kind, f, &pins);
         }
-        (CellKind::Counter(c), Form::Module) => {
+        (Form::Module, Storage::Counter(c)) => {
             let mut own = vec![("WIDTH", c.init.width().to_string())];
             if c.edge == Edge::Falling {
                 own.push(("FALLING", falling(c.edge)));
@@ -144,19 +151,22 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell) {
             let q = module(w, cell, "discreta_counter", &own, &pins);
             w.assign(cell, 1, &zero(c.init.width(), &q));
         }
-        (_, Form::Reset) => {
+        (Form::Reset, _) => {
             let value = match kind {
-                CellKind::Flop(f) => f.reset_value.clone(),
-                CellKind::Sr { .. } | CellKind::Latch(_) => held(cell, kind).unwrap_or_else(|| Value::unknown(1)),
-                _ => Value::from_u64(0, kind.output_width(0)),
+                Storage::Flop(f) | Storage::EdgeFlop(f) => f.reset_value.clone(),
+                Storage::Sr { .. } | Storage::Latch(_) => held(cell, kind).unwrap_or_else(|| Value::unknown(1)),
+                Storage::Counter(Counter { init, .. }) | Storage::Accumulator(Accumulator { init, .. }) => {
+                    Value::from_u64(0, init.width())
+                }
             };
             w.assign(cell, 0, &literal(&value));
             let q = literal(&value);
             second(w, cell, kind, &q);
         }
-        (CellKind::Memory(m), _) => memory::write(w, cell, m),
-        (_, Form::Module) => {}
-        (_, Form::Always) => always(w, cell, kind, &name),
+        // these are never of several asynchronous controls
+        (Form::Module, Storage::Sr { .. } | Storage::Latch(_) | Storage::Accumulator(_)) | (Form::Always, _) => {
+            always(w, cell, kind, &name);
+        }
     }
 }
 
@@ -174,25 +184,27 @@ fn falling(edge: Edge) -> String {
 }
 
 /// What a storage cell has beside its state.
-fn second(w: &mut Writer<'_>, cell: &Cell, kind: &CellKind, q: &str) {
+fn second(w: &mut Writer<'_>, cell: &Cell, kind: Storage<'_>, q: &str) {
     if cell.outputs.len() < 2 || Writer::is_open(cell, 1) {
         return;
     }
     match kind {
-        CellKind::Counter(c) => w.assign(cell, 1, &zero(c.init.width(), q)),
-        CellKind::Accumulator(a) => {
+        Storage::Counter(c) => w.assign(cell, 1, &zero(c.init.width(), q)),
+        Storage::Accumulator(a) => {
             let width = a.init.width();
             let all = w.helper(cell, "all");
             let text = format!(
                 "wire [{width}:0] {all} = {{1'b0, {q}}} + {{1'b0, {}}} + {{{}, {}}};",
-                w.input(cell, 1),
+                w.input(cell, accumulator::D),
                 zeros(width),
-                w.input(cell, 2)
+                w.input(cell, accumulator::CI)
             );
             w.unused(&text);
             w.assign(cell, 1, &format!("{all}[{width}]"));
         }
-        _ => w.assign(cell, 1, &format!("~{q}")),
+        Storage::Sr { .. } | Storage::Latch(_) | Storage::Flop(_) | Storage::EdgeFlop(_) => {
+            w.assign(cell, 1, &format!("~{q}"));
+        }
     }
 }
 
@@ -237,7 +249,7 @@ fn module(
     q
 }
 
-fn flop_module(w: &mut Writer<'_>, cell: &Cell, of: &'static str, f: &Flop, pins: &[&'static str]) {
+fn flop_module(w: &mut Writer<'_>, cell: &Cell, of: &'static str, kind: Storage<'_>, f: &Flop, pins: &[&'static str]) {
     // what is so anyway need not be said
     let never = |pin: &str| pins.iter().position(|p| *p == pin).is_none_or(|i| is_never(&cell.inputs[i]));
     let mut own = vec![("WIDTH", f.init.width().to_string())];
@@ -256,7 +268,6 @@ fn flop_module(w: &mut Writer<'_>, cell: &Cell, of: &'static str, f: &Flop, pins
     let own: Vec<_> = own.into_iter().map(|(n, v)| (n.to_owned(), v)).collect();
     let pins: Vec<_> = pins.iter().enumerate().map(|(i, &n)| (n, i)).collect();
     let q = module(w, cell, of, &own, &pins);
-    let kind = w.kind(cell);
     second(w, cell, kind, &q);
 }
 
@@ -264,7 +275,8 @@ fn flop_module(w: &mut Writer<'_>, cell: &Cell, of: &'static str, f: &Flop, pins
 type Rules = Vec<(Option<String>, String)>;
 
 /// An `always` block, or two.
-fn always(w: &mut Writer<'_>, cell: &Cell, kind: &CellKind, name: &str) {
+fn always(w: &mut Writer<'_>, cell: &Cell, state: Storage<'_>, name: &str) {
+    let kind = w.kind(cell);
     let width = kind.output_width(0);
     let own = w.state_wire(&cell.outputs[0]);
     let q = match &own {
@@ -297,54 +309,64 @@ fn always(w: &mut Writer<'_>, cell: &Cell, kind: &CellKind, name: &str) {
     let mut rules = Rules::new();
     let mut controls = Vec::new();
     let mut level = false;
-    match kind {
-        CellKind::Sr { set_dominates, .. } => {
+    match state {
+        Storage::Sr { set_dominates, .. } => {
             level = true;
-            let order = if *set_dominates { [(0, "1'b1"), (1, "1'b0")] } else { [(1, "1'b0"), (0, "1'b1")] };
+            let order =
+                if set_dominates { [(sr::S, "1'b1"), (sr::R, "1'b0")] } else { [(sr::R, "1'b0"), (sr::S, "1'b1")] };
             order.into_iter().for_each(|(pin, value)| when(pin, value.into(), &mut rules));
         }
-        CellKind::Latch(f) => {
+        Storage::Latch(f) => {
             level = true;
-            when(3, literal(&f.reset_value), &mut rules);
-            when(2, literal(&f.set_value), &mut rules);
-            when(0, input(1), &mut rules);
+            when(latch::RESET, literal(&f.reset_value), &mut rules);
+            when(latch::SET, literal(&f.set_value), &mut rules);
+            when(latch::EN, input(latch::D), &mut rules);
         }
-        CellKind::Flop(f) => {
-            controls = vec![4, 3];
-            when(4, literal(&f.reset_value), &mut rules);
-            when(3, literal(&f.set_value), &mut rules);
+        Storage::Flop(f) => {
+            controls = vec![flop::RESET, flop::SET];
+            when(flop::RESET, literal(&f.reset_value), &mut rules);
+            when(flop::SET, literal(&f.set_value), &mut rules);
             hold(&mut rules);
-            when(7, literal(&f.reset_value), &mut rules);
-            when(6, literal(&f.set_value), &mut rules);
-            when(5, input(1), &mut rules);
+            when(flop::SYNC_RESET, literal(&f.reset_value), &mut rules);
+            when(flop::SYNC_SET, literal(&f.set_value), &mut rules);
+            when(flop::EN, input(flop::D), &mut rules);
         }
-        CellKind::EdgeFlop(f) => {
-            controls = vec![5, 4];
-            when(5, literal(&f.reset_value), &mut rules);
-            when(4, literal(&f.set_value), &mut rules);
+        Storage::EdgeFlop(f) => {
+            controls = vec![edge_flop::RESET, edge_flop::SET];
+            when(edge_flop::RESET, literal(&f.reset_value), &mut rules);
+            when(edge_flop::SET, literal(&f.set_value), &mut rules);
             hold(&mut rules);
-            when(6, input(1), &mut rules);
+            when(edge_flop::EN, input(edge_flop::D), &mut rules);
         }
-        CellKind::Counter(c) => {
-            controls = vec![3];
-            when(3, zeros(width), &mut rules);
+        Storage::Counter(c) => {
+            controls = vec![counter::RESET];
+            when(counter::RESET, zeros(width), &mut rules);
             hold(&mut rules);
-            when(6, input(1), &mut rules);
+            when(counter::LOAD, input(counter::D), &mut rules);
             when(
-                4,
-                counted(width, c, &q, &input(5), is_never(&cell.inputs[5]), is_always(&cell.inputs[5])),
+                counter::EN,
+                counted(
+                    width,
+                    c,
+                    &q,
+                    &input(counter::DOWN),
+                    is_never(&cell.inputs[counter::DOWN]),
+                    is_always(&cell.inputs[counter::DOWN]),
+                ),
                 &mut rules,
             );
         }
-        CellKind::Accumulator(_) => {
-            controls = vec![3];
-            when(3, zeros(width), &mut rules);
+        Storage::Accumulator(_) => {
+            controls = vec![accumulator::RESET];
+            when(accumulator::RESET, zeros(width), &mut rules);
             hold(&mut rules);
-            let ci =
-                if is_never(&cell.inputs[2]) { String::new() } else { format!(" + {}", extended(width, &input(2))) };
-            when(4, format!("{q} + {}{ci}", input(1)), &mut rules);
+            let ci = if is_never(&cell.inputs[accumulator::CI]) {
+                String::new()
+            } else {
+                format!(" + {}", extended(width, &input(accumulator::CI)))
+            };
+            when(accumulator::EN, format!("{q} + {}{ci}", input(accumulator::D)), &mut rules);
         }
-        _ => {}
     }
     // what follows a rule without a condition never applies
     let end = rules.iter().position(|r| r.0.is_none()).map_or(rules.len(), |i| i + 1);
@@ -378,7 +400,7 @@ fn always(w: &mut Writer<'_>, cell: &Cell, kind: &CellKind, name: &str) {
     if own.is_none() {
         w.connect(cell, 0, &q);
     }
-    second(w, cell, kind, &q);
+    second(w, cell, state, &q);
 }
 
 /// The state of a counter after a count.

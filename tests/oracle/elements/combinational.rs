@@ -41,6 +41,9 @@ fn gates() -> Vec<Case> {
         }
     }
     for &width in WIDTHS {
+        let inputs = [("a", width), ("b", width), ("c", width)];
+        let y = format!("wire [{width}-1:0] y = (a & b) | (a & c) | (b & c);");
+        cases.push(Case::new("majority", &inputs, &[("y", width)], &y).parameter("width", width));
         cases.push(Case::new("is_zero", &[("a", width)], &[("y", 1)], "wire y = ~|a;").parameter("width", width));
         for fan_in in [1, 2, 4] {
             let terms: Vec<String> = (0..fan_in).map(|k| format!("(in{k} & {{{width}{{sel[{k}]}}}})")).collect();
