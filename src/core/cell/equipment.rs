@@ -5,6 +5,7 @@
 //! | AND, OR, NAND, NOR, XOR, XNOR | one gate a bit, whatever its fan-in; n inputs are n − 1 gates of two inputs |
 //! | NOT, BUF | inverters and buffers, one a bit, apart from the gates |
 //! | `and_or` of n inputs | n AND gates of two inputs and one OR gate of n, a bit |
+//! | `majority` | two AND gates and two OR gates, a bit |
 //! | `is_zero` of n bits | one NOR gate of n inputs |
 //! | flip-flops, registers, counters, accumulators | one flip-flop a bit |
 //! | memories | themselves, with the bits of their words; what their read ports keep is part of them |
@@ -180,8 +181,8 @@ impl CellKind {
                 two_input_gates: bits * (u64::from(inputs) + joins(inputs)),
                 ..none
             },
-            // three ANDs and an OR of them
-            CellKind::Majority { .. } => Equipment { gates: bits * 4, two_input_gates: bits * 5, ..none },
+            // two ANDs and two ORs, as its meaning has them
+            CellKind::Majority { .. } => Equipment { gates: bits * 4, two_input_gates: bits * 4, ..none },
             CellKind::IsZero { width } => Equipment { gates: 1, two_input_gates: joins(width), ..none },
             CellKind::Mux { width, .. } => Equipment { multiplexers: Parts::one(width), ..none },
             CellKind::HalfAdder => Equipment { half_adders: 1, ..none },
@@ -251,8 +252,8 @@ impl CellKind {
             CellKind::Gate { op: GateOp::Buf, .. } => Depth::None,
             CellKind::Gate { .. } | CellKind::IsZero { .. } => Depth::Gates(1),
             CellKind::AndOr { .. } | CellKind::Products { .. } => Depth::Gates(2),
-            // two levels of gates of two inputs or three
-            CellKind::Majority { .. } => Depth::Gates(2),
+            // (a & b) | ((a | b) & c)
+            CellKind::Majority { .. } => Depth::Gates(3),
             CellKind::Mux { .. }
             | CellKind::HalfAdder
             | CellKind::FullAdder

@@ -12,18 +12,28 @@ use crate::value::word::word_mask;
 /// Steps of a cell up to which it is evaluated for all lanes at once.
 const MOST_STEPS: u64 = 1 << 12;
 
-/// About how many operations on lanes a cell is.
-fn steps(kind: &CellKind) -> u64 {
+/// What a cell is to lanes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lanewise {
+    /// About how many operations on lanes it is.
+    pub steps: u64,
+    /// Whether it is one of known bits most of the time: what drives z is not.
+    pub known: bool,
+}
+
+/// What a kind is to lanes; none if the batch engine has no place for it.
+pub(super) fn lanewise(kind: &CellKind) -> Option<Lanewise> {
     let n = u64::from;
+    let of = |steps| Some(Lanewise { steps, known: true });
     match kind {
-        CellKind::Mux { width, inputs } | CellKind::OneHotMux { width, inputs } => n(*width) * n(*inputs),
-        CellKind::Demux { width, select } => n(*width) << select,
-        CellKind::Multiply { a_width, b_width, .. } => n(a_width + b_width) * n(a_width + b_width),
-        CellKind::Divide { width, .. } => n(*width) * n(*width),
-        CellKind::Power { width, b_width, .. } => n(*width) * n(*width) * n(*b_width),
-        CellKind::Shift { a_width, width, b_width, .. } => n(*a_width.max(width)) * n(*b_width.min(&32)),
-        CellKind::Products { width, table } => n(*width) * (table.len() as u64),
-        CellKind::AndOr { width, inputs } | CellKind::Resolve { width, inputs } => n(*width) * n(*inputs),
+        CellKind::Mux { width, inputs } | CellKind::OneHotMux { width, inputs } | CellKind::AndOr { width, inputs } => {
+            of(n(*width) * n(*inputs))
+        }
+        CellKind::Demux { width, select } => of(n(*width) << select),
+        CellKind::Multiply { a_width, b_width, .. } => of(n(a_width + b_width) * n(a_width + b_width)),
+        CellKind::Divide { width, .. } => of(4 * n(*width) * n(*width)),
+        CellKind::Shift { a_width, width, b_width, .. } => of(n(*a_width.max(width)) * n(*b_width.min(&32))),
+        CellKind::Products { width, table } => of(n(*width) * (table.len() as u64)),
         // a few a bit
         CellKind::Gate { .. }
         | CellKind::Majority { .. }
@@ -37,18 +47,20 @@ fn steps(kind: &CellKind) -> u64 {
         | CellKind::Carry { .. }
         | CellKind::Alu(_)
         | CellKind::IsZero { .. }
-        | CellKind::Tristate { .. }
         | CellKind::Constant(_)
+        | CellKind::Clock(_)
         | CellKind::Sr { .. }
         | CellKind::Latch(_)
         | CellKind::Flop(_)
         | CellKind::EdgeFlop(_)
         | CellKind::Counter(_)
-        | CellKind::Accumulator(_)
-        | CellKind::Memory(_)
-        | CellKind::Clock(_)
-        | CellKind::Delay { .. }
-        | CellKind::RcDelay(_) => 1,
+        | CellKind::Accumulator(_) => of(1),
+        CellKind::Tristate { .. } => Some(Lanewise { steps: 1, known: false }),
+        CellKind::Resolve { width, inputs } => Some(Lanewise { steps: n(*width) * n(*inputs), known: false }),
+        CellKind::Power { width, b_width, .. } => {
+            Some(Lanewise { steps: n(*width) * n(*width) * n(*b_width), known: false })
+        }
+        CellKind::Memory(_) | CellKind::Delay { .. } | CellKind::RcDelay(_) => None,
     }
 }
 
@@ -260,7 +272,7 @@ impl<'n> Build<'n> {
             CellKind::IsZero { .. } => Code::Gate(GateOp::Nor),
             CellKind::Mux { inputs: 2, .. } => Code::Mux2,
             _ if kind.init().is_some() => Code::Storage,
-            _ if steps(kind) <= MOST_STEPS => Code::Cell,
+            _ if lanewise(kind).is_some_and(|cell| cell.steps <= MOST_STEPS) => Code::Cell,
             _ => Code::General,
         };
         if kind.edge().is_some() {

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use super::build::Build;
+use super::build::{Build, lanewise};
 use super::known::Layout;
 use crate::cell::{CellKind, Clock, GateOp};
 use crate::netlist::{CellId, NetId, Netlist, Slice};
@@ -132,41 +132,7 @@ impl Program {
     /// The first cell of a netlist that the batch engine cannot evaluate, if there is one.
     #[must_use]
     pub fn foreign(netlist: &Netlist) -> Option<CellId> {
-        let foreign = |kind: &CellKind| match kind {
-            CellKind::Delay { .. } | CellKind::RcDelay(_) | CellKind::Memory(_) => true,
-            CellKind::Gate { .. }
-            | CellKind::AndOr { .. }
-            | CellKind::Majority { .. }
-            | CellKind::Mux { .. }
-            | CellKind::HalfAdder
-            | CellKind::FullAdder
-            | CellKind::Adder { .. }
-            | CellKind::Multiply { .. }
-            | CellKind::Compare { .. }
-            | CellKind::Shift { .. }
-            | CellKind::Divide { .. }
-            | CellKind::Power { .. }
-            | CellKind::OneHotMux { .. }
-            | CellKind::Demux { .. }
-            | CellKind::BitMux { .. }
-            | CellKind::BitSame { .. }
-            | CellKind::Products { .. }
-            | CellKind::CarrySave { .. }
-            | CellKind::Carry { .. }
-            | CellKind::Alu(_)
-            | CellKind::IsZero { .. }
-            | CellKind::Tristate { .. }
-            | CellKind::Resolve { .. }
-            | CellKind::Constant(_)
-            | CellKind::Sr { .. }
-            | CellKind::Latch(_)
-            | CellKind::Flop(_)
-            | CellKind::EdgeFlop(_)
-            | CellKind::Counter(_)
-            | CellKind::Accumulator(_)
-            | CellKind::Clock(_) => false,
-        };
-        netlist.cell_ids().find(|&c| foreign(&netlist.cell(c).kind))
+        netlist.cell_ids().find(|&c| lanewise(&netlist.cell(c).kind).is_none())
     }
 
     fn lay_out(netlist: &Netlist, shown: Option<&[Slice]>) -> Result<Program, CellId> {

@@ -6,7 +6,7 @@ use super::draw::{Draw, ZERO};
 use super::model::{Bit, Bits, Cell, Module, Net, Port};
 use super::storage::{self, Async};
 use crate::Value;
-use crate::cell::{CellKind, Flop};
+use crate::cell::{CellKind, Flop, Storage};
 use crate::import::yosys::own::{LEVEL, text};
 use crate::netlist::Direction;
 
@@ -91,8 +91,8 @@ fn body(kind: &CellKind, name: &str, pins: &[(&'static str, Direction)]) -> Modu
     let mut d = Draw::new(module, &mut owns);
     d.name = "state".into();
     let q = pin("q");
-    match kind {
-        CellKind::Flop(f) | CellKind::EdgeFlop(f) => {
+    match kind.storage() {
+        Some(Storage::Flop(f) | Storage::EdgeFlop(f)) => {
             let ad = if matches!(kind, CellKind::Flop(_)) { pin("d") } else { pin("ad") };
             let (data, enable) =
                 storage::synchronous(&mut d, f, &pin("d"), &pin("en"), &pin("sync_set"), &pin("sync_reset"));
@@ -100,17 +100,17 @@ fn body(kind: &CellKind, name: &str, pins: &[(&'static str, Direction)]) -> Modu
             storage::with_controls(&mut d, f, pin("clk")[0], (data, enable), &controls, &q);
             complement(&mut d, &q, pin("qn"));
         }
-        CellKind::Sr { set_dominates, .. } => {
+        Some(Storage::Sr { set_dominates, .. }) => {
             let unknown = Value::unknown(1);
-            storage::sr(&mut d, *set_dominates, &unknown, &[pin("s"), pin("r")], &[q.clone(), pin("qn")]);
+            storage::sr(&mut d, set_dominates, &unknown, &[pin("s"), pin("r")], &[q.clone(), pin("qn")]);
         }
-        CellKind::Latch(f) => {
+        Some(Storage::Latch(f)) => {
             let controls = controls(f, &pin, (pin("en"), pin("d")));
             let (load, data) = storage::one_load(&mut d, &controls);
             storage::open_latch(&mut d, f, load.unwrap_or(ZERO), &data, &q);
             complement(&mut d, &q, pin("qn"));
         }
-        CellKind::Counter(c) => {
+        Some(Storage::Counter(c)) => {
             let (load, en) = (Draw::active(&pin("load")), pin("en"));
             let mut data = stepped(&mut d, &q, &c.step, &pin("down"));
             let mut enable = en;
@@ -130,7 +130,7 @@ fn body(kind: &CellKind, name: &str, pins: &[(&'static str, Direction)]) -> Modu
                 d.unary("zero", "$logic_not", &q, pin("zero"));
             }
         }
-        CellKind::Accumulator(a) => {
+        Some(Storage::Accumulator(a)) => {
             let mut sum = d.fresh("sum", q.len());
             sum.extend(pin("co"));
             match Draw::active(&pin("ci")) {
@@ -147,35 +147,8 @@ fn body(kind: &CellKind, name: &str, pins: &[(&'static str, Direction)]) -> Modu
             let controls = controls(&flop, &pin, (Bits::new(), Bits::new()));
             storage::with_controls(&mut d, &flop, pin("clk")[0], (sum, pin("en")), &controls, &q);
         }
-        // what acts by time; all others are ordinary cells and do not come here
-        CellKind::Clock(_)
-        | CellKind::Delay { .. }
-        | CellKind::RcDelay(_)
-        | CellKind::Memory(_)
-        | CellKind::Gate { .. }
-        | CellKind::AndOr { .. }
-        | CellKind::Majority { .. }
-        | CellKind::Mux { .. }
-        | CellKind::HalfAdder
-        | CellKind::FullAdder
-        | CellKind::Adder { .. }
-        | CellKind::Multiply { .. }
-        | CellKind::Compare { .. }
-        | CellKind::Shift { .. }
-        | CellKind::Divide { .. }
-        | CellKind::Power { .. }
-        | CellKind::OneHotMux { .. }
-        | CellKind::Demux { .. }
-        | CellKind::BitMux { .. }
-        | CellKind::BitSame { .. }
-        | CellKind::Products { .. }
-        | CellKind::CarrySave { .. }
-        | CellKind::Carry { .. }
-        | CellKind::Alu(_)
-        | CellKind::IsZero { .. }
-        | CellKind::Tristate { .. }
-        | CellKind::Resolve { .. }
-        | CellKind::Constant(_) => d.module.attributes.push(("blackbox", super::flag())),
+        // what acts by time
+        None => d.module.attributes.push(("blackbox", super::flag())),
     }
     d.finish()
 }

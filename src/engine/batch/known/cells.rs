@@ -2,51 +2,17 @@
 //! what comes of known operands has an unknown plane that is 0 wherever nothing is x. Where it is not, a guard says so.
 
 use super::logic::{Lit, Logic};
+use crate::batch::build::lanewise;
 use crate::cell::{Algebra, CellKind, Site, act, at_edge, derived, level};
 
 /// The most operations that a cell may take: beyond it lane by lane is no slower.
-const MOST: u32 = 1 << 16;
+const MOST: u64 = 1 << 16;
 
-/// Whether there is a form of a cell here; `acts` tells whether a pin may ever be other than 0.
+/// Whether there is a form of a cell here; `acts` tells whether a pin may ever be other than 0. A state must not become x
+/// for good.
 pub(super) fn has_form(kind: &CellKind, acts: impl Fn(usize) -> bool) -> bool {
-    match kind {
-        CellKind::Gate { .. }
-        | CellKind::AndOr { .. }
-        | CellKind::Majority { .. }
-        | CellKind::HalfAdder
-        | CellKind::FullAdder
-        | CellKind::Adder { .. }
-        | CellKind::Compare { .. }
-        | CellKind::Shift { .. }
-        | CellKind::OneHotMux { .. }
-        | CellKind::BitMux { .. }
-        | CellKind::BitSame { .. }
-        | CellKind::Products { .. }
-        | CellKind::CarrySave { .. }
-        | CellKind::Carry { .. }
-        | CellKind::Alu(_)
-        | CellKind::IsZero { .. }
-        | CellKind::Constant(_)
-        | CellKind::Clock(_) => true,
-        CellKind::Multiply { a_width, b_width, .. } => (a_width + b_width) * (a_width + b_width) <= MOST,
-        CellKind::Divide { width, .. } => width * width <= MOST / 4,
-        CellKind::Demux { width, select } => width << select <= MOST,
-        CellKind::Mux { width, inputs } => width * inputs <= MOST,
-        // a state that may become x for good
-        CellKind::Sr { .. }
-        | CellKind::Latch(_)
-        | CellKind::Flop(_)
-        | CellKind::EdgeFlop(_)
-        | CellKind::Counter(_)
-        | CellKind::Accumulator(_) => kind.keeps_known(acts),
-        // z most of the time; too large; not for this engine
-        CellKind::Tristate { .. }
-        | CellKind::Resolve { .. }
-        | CellKind::Power { .. }
-        | CellKind::Memory(_)
-        | CellKind::Delay { .. }
-        | CellKind::RcDelay(_) => false,
-    }
+    lanewise(kind).is_some_and(|cell| cell.known && cell.steps <= MOST)
+        && (kind.storage().is_none() || kind.keeps_known(acts))
 }
 
 /// One bit: its value and where that is unknown.
