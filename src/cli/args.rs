@@ -213,7 +213,7 @@ Examples:
         with what a test bench around the circuit recorded
 
 Signals are matched by their full names, or those from the scope on, and compared by the value that each has at the end of a tick.
-Exit status: 0 the same; 1 different; 2 a file cannot be read, or usage.")]
+Exit status: 0 the same; 1 different; 2 a file cannot be read, or only as far as it goes, or usage.")]
 pub struct DiffArgs {
     /// The first waveform: VCD, FST or GHW
     #[arg(value_name = "A", value_hint = ValueHint::FilePath)]

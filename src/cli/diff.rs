@@ -1,7 +1,7 @@
 //! `discreta diff`: two waveforms, and where they first differ.
 
 use super::args::{DiffArgs, DontCare};
-use super::wave::{no_scope, width};
+use super::wave::{left_out, no_scope, open, width};
 use super::{CliError, Format, Out, Status};
 use crate::wave::diff::{self, Options, Side};
 use crate::wave::read::Waves;
@@ -13,7 +13,9 @@ use crate::wave::text::around::around;
 /// # Errors
 /// One of the files cannot be read, or the report not be written.
 pub fn run(args: &DiffArgs, out: &mut Out) -> Result<Status, CliError> {
-    let (mut a, mut b) = (Waves::open(&args.a)?, Waves::open(&args.b)?);
+    let (mut a, mut b) = (open(&args.a, out)?, open(&args.b, out)?);
+    left_out(&a, |_| true);
+    left_out(&b, |_| true);
     let options = Options {
         x_as_dont_care: args.ignore_x.map(|side| match side {
             DontCare::A => Side::A,

@@ -84,6 +84,7 @@ pub fn main() -> ExitCode {
         Ok(status)
     });
     match result {
+        Ok(_) if out.is_incomplete() => ExitCode::from(TROUBLE),
         Ok(Status::Done) => ExitCode::SUCCESS,
         Ok(Status::Failed) => ExitCode::FAILURE,
         Err(error) => report(&error),

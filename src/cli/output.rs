@@ -14,18 +14,20 @@ pub struct Out {
     to: Box<dyn Write>,
     /// Whether nothing was written yet.
     untouched: bool,
+    /// Whether a file was read only as far as it goes.
+    incomplete: bool,
 }
 
 impl Out {
     /// Standard output.
     #[must_use]
     pub fn stdout() -> Out {
-        Out { to: Box::new(BufWriter::new(anstream::stdout())), untouched: true }
+        Out { to: Box::new(BufWriter::new(anstream::stdout())), untouched: true, incomplete: false }
     }
 
     /// Any other place, for tests.
     pub fn new(to: impl Write + 'static) -> Out {
-        Out { to: Box::new(to), untouched: false }
+        Out { to: Box::new(to), untouched: false, incomplete: false }
     }
 
     /// What is written now must not go where the command reads.
@@ -62,6 +64,17 @@ impl Out {
         self.begin()?;
         serde_json::to_writer_pretty(&mut self.to, value).map_err(|error| CliError::stdout(error.into()))?;
         self.bytes(b"\n")
+    }
+
+    /// Has the exit status say, once this holds, that a file was read only as far as it goes.
+    pub fn incomplete(&mut self, cut: bool) {
+        self.incomplete |= cut;
+    }
+
+    /// Whether it is to say so.
+    #[must_use]
+    pub fn is_incomplete(&self) -> bool {
+        self.incomplete
     }
 
     /// Hands on what is still kept. Only then is it known that all of it has arrived.

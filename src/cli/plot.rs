@@ -25,7 +25,7 @@ pub fn run(args: &PlotArgs, out: &mut Out) -> Result<Status, CliError> {
         Err(unknown) if !is_waveform(Path::new(&args.what)) => {
             return Err(CliError::usage(format!("{unknown}")).with_hint("name a method, or a waveform that is there"));
         }
-        Err(_) => of_trace(Path::new(&args.what), args)?,
+        Err(_) => of_trace(Path::new(&args.what), args, out)?,
     };
     let picture =
         Picture { title: &plotted.title, note: &plotted.note, ideal: &plotted.ideal, recording: &plotted.recording };
@@ -117,11 +117,11 @@ fn note(recording: &Recording, bits: Option<u32>, stopped: bool) -> String {
     note
 }
 
-fn of_trace(path: &Path, args: &PlotArgs) -> Result<Plotted, CliError> {
+fn of_trace(path: &Path, args: &PlotArgs, out: &mut Out) -> Result<Plotted, CliError> {
     if let Some(option) = args.drawing.of_methods_alone() {
         return Err(CliError::usage(format!("a waveform has no option {option}")).with_hint("it is for methods"));
     }
-    let mut waves = opened(path, args.scope.as_deref())?;
+    let mut waves = opened(path, args.scope.as_deref(), out)?;
     let mut coordinates = args.coordinates.clone();
     let circuit = declaring(args.circuit.as_deref())?;
     let readings = match &circuit {

@@ -150,7 +150,7 @@ impl Report<'_> {
             self.loader
                 .diagnostics
                 .iter()
-                .filter(|d| verbose || matches!(d.code, Code::NoMatch | Code::AmbiguousOrder))
+                .filter(|d| verbose || matches!(d.code, Code::NoMatch | Code::AmbiguousOrder | Code::DoubtfulWave))
                 .cloned(),
         );
         told.sort();

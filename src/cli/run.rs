@@ -59,6 +59,7 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
         }
     }
     report.notes(args.engine.x_control);
+    out.incomplete(prepared.replay.as_ref().is_some_and(crate::scenario::replay::Replay::is_cut));
     Ok(report.status())
 }
 

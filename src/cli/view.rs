@@ -9,7 +9,7 @@ use super::prepare::{Changes, Prepared, prepare};
 use super::report::Report;
 use super::run::{faults, loader, simulate};
 use super::sample::{moved, sampled};
-use super::wave::opened;
+use super::wave::{left_out, opened};
 use super::{CliError, Out, Status, interrupt};
 use crate::draw;
 use crate::interpolate::Ideal;
@@ -26,7 +26,7 @@ use crate::wave::vcd::VcdWriter;
 /// # Errors
 /// A faulty circuit, a waveform that cannot be read, a page that cannot be written.
 pub fn run(args: &ViewArgs, out: &mut Out) -> Result<Status, CliError> {
-    let (page, status) = if is_waveform(&args.what) { of_waveform(args)? } else { of_circuit(args)? };
+    let (page, status) = if is_waveform(&args.what) { of_waveform(args, out)? } else { of_circuit(args)? };
     let html = page.html();
     if args.output.as_os_str() == "-" {
         out.bytes(html.as_bytes())?;
@@ -50,7 +50,7 @@ fn is_waveform(path: &Path) -> bool {
     path.extension().is_some_and(|e| ["vcd", "fst", "ghw"].iter().any(|known| e.eq_ignore_ascii_case(known)))
 }
 
-fn of_waveform(args: &ViewArgs) -> Result<(Page, Status), CliError> {
+fn of_waveform(args: &ViewArgs, out: &mut Out) -> Result<(Page, Status), CliError> {
     let given = [
         ("--parameter", !args.elaboration.parameter.is_empty()),
         ("--set", !args.scenario.set.is_empty()),
@@ -63,7 +63,8 @@ fn of_waveform(args: &ViewArgs) -> Result<(Page, Status), CliError> {
     if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
         return Err(CliError::usage(format!("a waveform has no option {option}")).with_hint("it is for circuits"));
     }
-    let mut waves = opened(&args.what, args.scope.as_deref())?;
+    let mut waves = opened(&args.what, args.scope.as_deref(), out)?;
+    left_out(&waves, |_| true);
     let signals = packed(&mut waves, |_| About::default())?;
     let name = args.what.file_name().unwrap_or(args.what.as_os_str()).to_string_lossy().into_owned();
     let shown = signals.signals.len();

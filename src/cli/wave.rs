@@ -1,5 +1,6 @@
 //! `discreta wave`: a waveform as text.
 
+use std::collections::{HashMap, HashSet};
 use std::io::IsTerminal;
 use std::path::Path;
 
@@ -25,9 +26,14 @@ const WIDTH: usize = 100;
 /// # Errors
 /// A file that cannot be read, a glob that matches nothing, times that are none.
 pub fn run(args: &WaveTextArgs, out: &mut Out) -> Result<Status, CliError> {
-    let mut waves = opened(&args.waveform, args.scope.as_deref())?;
+    let mut waves = opened(&args.waveform, args.scope.as_deref(), out)?;
     let signed = globs(&args.signed)?;
-    let (shown, left) = shown(&waves, &globs(&args.signals)?, &args.signals)?;
+    let wanted = globs(&args.signals)?;
+    left_out(&waves, |name| {
+        let names = names_of(name);
+        wanted.is_empty() || wanted.iter().any(|glob| names.iter().any(|name| glob.is_match(name)))
+    });
+    let (shown, left) = shown(&waves, &wanted, &args.signals)?;
     let time = |text: &Option<String>, option| text.as_deref().map(|t| time(t, option, waves.timescale())).transpose();
     let from = time(&args.from, "--from")?;
     let to = time(&args.to, "--to")?;
@@ -37,18 +43,23 @@ pub fn run(args: &WaveTextArgs, out: &mut Out) -> Result<Status, CliError> {
     }
     let circuit = declaring(args.circuit.as_deref())?;
     let mut traces = Vec::new();
-    for var in shown {
+    let loaded = Trace::load_all(&mut waves, &shown)?;
+    for (var, trace) in shown.into_iter().zip(loaded) {
         let known = circuit.as_ref().and_then(|circuit| declared(circuit, &waves, var));
         let is_signed = names(&waves, var).iter().any(|name| signed.iter().any(|glob| glob.is_match(name)));
         let is_signed = is_signed || args.radix == Radix::Auto && known.is_some_and(|signal| signal.signed);
         let radix = if is_signed { Radix::Signed } else { args.radix };
         let values = known.and_then(|signal| signal.values.clone());
-        traces.push(Trace { values, ..Trace::load(&mut waves, var, radix)? });
+        traces.push(Trace { values, radix, ..trace });
     }
     // rows of one scope stand together, where the first of them stands
     if args.signals.is_empty() {
-        let order: Vec<String> = traces.iter().map(|t| t.scope.clone()).collect();
-        traces.sort_by_key(|t| order.iter().position(|scope| *scope == t.scope));
+        let mut order: HashMap<String, usize> = HashMap::new();
+        for trace in &traces {
+            let next = order.len();
+            order.entry(trace.scope.clone()).or_insert(next);
+        }
+        traces.sort_by_key(|t| order.get(&t.scope).copied());
     }
     let style = Style { ascii: args.ascii, color: true };
     let columns = width(args.width).saturating_sub(margin(&traces));
@@ -71,12 +82,48 @@ pub fn run(args: &WaveTextArgs, out: &mut Out) -> Result<Status, CliError> {
     Ok(Status::Done)
 }
 
+/// Opens a waveform, and tells what is doubtful about it, but for what is left out of it.
+///
+/// # Errors
+/// A file that cannot be read.
+pub(super) fn open(path: &Path, out: &mut Out) -> Result<Waves, CliError> {
+    let waves = Waves::open(path)?;
+    for text in waves.warnings() {
+        warn(&format!("`{}`: {text}", path.display()));
+    }
+    out.incomplete(waves.is_cut());
+    Ok(waves)
+}
+
+/// Tells which variables are left out of a waveform, of those that `wanted` takes by their full names.
+pub(super) fn left_out(waves: &Waves, wanted: impl Fn(&str) -> bool) {
+    const SHOWN: usize = 20;
+    let mut more = 0;
+    for (n, out) in waves.left_out().iter().filter(|out| wanted(&out.name)).enumerate() {
+        if n < SHOWN {
+            warn(&format!("`{}`: `{}` is left out: {}", waves.path().display(), out.name, out.why));
+        } else {
+            more += 1;
+        }
+    }
+    if more > 0 {
+        warn(&format!("`{}`: and {more} more are left out", waves.path().display()));
+    }
+}
+
+/// A sentence without its end, to standard error. Names in it come from a file: none moves the cursor.
+fn warn(text: &str) {
+    use std::io::Write;
+    let text: String = text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
+    let _ = writeln!(anstream::stderr().lock(), "\x1b[1;33mwarning\x1b[0m: {text}");
+}
+
 /// A waveform, or what is below a scope of it.
 ///
 /// # Errors
 /// A file that cannot be read, a scope that is not there.
-pub(super) fn opened(path: &Path, scope: Option<&str>) -> Result<Waves, CliError> {
-    let mut waves = Waves::open(path)?;
+pub(super) fn opened(path: &Path, scope: Option<&str>, out: &mut Out) -> Result<Waves, CliError> {
+    let mut waves = open(path, out)?;
     if let Some(scope) = scope {
         let found = waves.scope(scope).ok_or_else(|| no_scope(&waves, scope))?;
         waves.narrow(&found);
@@ -122,8 +169,11 @@ fn globs(texts: &[String]) -> Result<Vec<GlobSet>, CliError> {
 
 /// The names by which a variable can be matched, with `/` between scopes: the full one, and that below the top module.
 fn names(waves: &Waves, var: usize) -> Vec<String> {
-    let var = &waves.vars()[var];
-    let full = var.name.replace('.', "/");
+    names_of(&waves.vars()[var].name)
+}
+
+fn names_of(name: &str) -> Vec<String> {
+    let full = name.replace('.', "/");
     let below = full.split_once('/').map(|(_, rest)| rest.to_owned());
     [Some(full), below].into_iter().flatten().collect()
 }
@@ -139,28 +189,31 @@ pub(super) fn declared<'c>(circuit: &'c Circuit, waves: &Waves, var: usize) -> O
 /// The variables to show, and how many further down are left out because nothing asked for them.
 fn shown(waves: &Waves, globs: &[GlobSet], texts: &[String]) -> Result<(Vec<usize>, usize), CliError> {
     let vars = || 0..waves.vars().len();
-    let new = |list: &[usize], var: usize| !list.iter().any(|&other| waves.are_one(var, other));
+    // several names of one thing are one row
+    let originals = waves.originals();
     let mut list = Vec::new();
     if globs.is_empty() {
         let depth = |var: usize| waves.vars()[var].scope().matches('.').count();
         let top = vars().map(depth).min();
-        let mut left = Vec::new();
+        let (mut shown, mut left) = (HashSet::new(), HashSet::new());
         for var in vars() {
-            let to = if Some(depth(var)) == top { &mut list } else { &mut left };
-            if new(to, var) {
-                to.push(var);
+            if Some(depth(var)) != top {
+                left.insert(originals[var]);
+            } else if shown.insert(originals[var]) {
+                list.push(var);
             }
         }
-        left.retain(|&var| new(&list, var));
-        return Ok((list, left.len()));
+        return Ok((list, left.difference(&shown).count()));
     }
+    let mut listed = HashSet::new();
     for (glob, text) in globs.iter().zip(texts) {
-        let before = list.len();
+        let mut known = HashSet::new();
         let mut any = false;
         for var in vars().filter(|&var| names(waves, var).iter().any(|name| glob.is_match(name))) {
             any = true;
             // a signal under several of its names is one row, but each pattern shows the one that it names
-            if !list.contains(&var) && (new(&list[before..], var)) {
+            if !listed.contains(&var) && known.insert(originals[var]) {
+                listed.insert(var);
                 list.push(var);
             }
         }

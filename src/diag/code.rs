@@ -158,6 +158,8 @@ codes! {
         "A move of a part program is beyond what the machine's registers hold or its clock can do.";
     Warning DoubtfulBlock "doubtful-block":
         "A block of a part program is read in a way that other controls may not share, or has no effect here.";
+    Warning DoubtfulWave "doubtful-wave":
+        "A waveform that drives a circuit is not as it should be: what was doubtful is told, and how it was read.";
     Warning NoMatch "no-match":
         "A pattern for nets matches no net.";
     Warning CombinationalLoop "combinational-loop":

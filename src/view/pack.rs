@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use serde::Serialize;
 
-use crate::wave::read::{ReadError, ValueKind, Waves};
+use crate::wave::read::{ReadError, ValueKind, Waves, logic};
 
 /// More changes than this make a page that no browser likes.
 pub const MAX_CHANGES: usize = 4_000_000;
@@ -96,24 +96,25 @@ impl Signals {
     /// # Errors
     /// Values that are damaged, or too many.
     pub fn of(waves: &mut Waves, about: impl Fn(&str) -> About) -> Result<Signals, PackError> {
-        let mut numbers = HashMap::new();
+        let originals = waves.originals();
+        let mut firsts: Vec<usize> = originals.clone();
+        firsts.sort_unstable();
+        firsts.dedup();
+        let kinds: Vec<ValueKind> = firsts.iter().map(|&var| waves.vars()[var].kind).collect();
         let mut lists = Vec::new();
-        let mut signals = Vec::new();
         let mut count = 0;
-        for (var, original) in waves.originals().into_iter().enumerate() {
-            let of = match numbers.get(&original) {
-                Some(&of) => of,
-                None => {
-                    let list: Vec<(u64, String)> = waves.load(var)?.changes().collect();
-                    count += list.len();
-                    if count > MAX_CHANGES {
-                        return Err(PackError::TooMany);
-                    }
-                    lists.push((waves.vars()[var].kind, list));
-                    numbers.insert(original, lists.len() - 1);
-                    lists.len() - 1
-                }
-            };
+        for (series, kind) in waves.load_all(&firsts)?.iter().zip(kinds) {
+            let list: Vec<(u64, String)> = series.changes().collect();
+            count += list.len();
+            if count > MAX_CHANGES {
+                return Err(PackError::TooMany);
+            }
+            lists.push((kind, list));
+        }
+        let numbers: HashMap<usize, usize> = firsts.iter().enumerate().map(|(i, &var)| (var, i)).collect();
+        let mut signals = Vec::new();
+        for (var, original) in originals.into_iter().enumerate() {
+            let of = numbers[&original];
             let var = &waves.vars()[var];
             let (kind, width) = match var.kind {
                 ValueKind::Bits(width) => ("bits", width),
@@ -176,14 +177,9 @@ fn packed(kind: ValueKind, list: &[(u64, String)], times: &[u64]) -> Vec<u8> {
     bytes
 }
 
-/// 0, 1, x is 2, z is 3; the other states of VHDL are x.
+/// 0, 1, x is 2, z is 3.
 fn code(bit: u8) -> u64 {
-    match bit {
-        b'0' | b'l' | b'L' => 0,
-        b'1' | b'h' | b'H' => 1,
-        b'z' | b'Z' => 3,
-        _ => 2,
-    }
+    u64::from(logic(bit).unwrap_or(2))
 }
 
 /// Seven bits a byte, the low first.

@@ -5,17 +5,18 @@
 //! what is counted is not.
 
 use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::sync::Arc;
 
 use serde::Serialize;
-use wellen::{Signal, SignalRef};
 
+use super::read::signal::Signal;
 use super::read::{self, ReadError, ValueKind, WaveVar, Waves};
 use super::scopes;
 use super::walk::{Point, Source, Walk, same};
 use crate::Timescale;
 
 /// How many pairs of variables are in memory together.
-const BATCH: usize = 64;
+const BATCH: usize = 2048;
 
 /// One of the two waveforms.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash, Serialize)]
@@ -279,8 +280,8 @@ fn factor(waves: &Waves, common: Option<i32>) -> Result<u64, ReadError> {
 /// A signal of each side and what its values are.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Pair {
-    a: SignalRef,
-    b: SignalRef,
+    a: u32,
+    b: u32,
     kind: ValueKind,
     /// Whether the bits of the first stand in the opposite order.
     reversed: bool,
@@ -288,7 +289,7 @@ struct Pair {
 
 /// What is in both: each pair of signals once, with the variables (of the first) that have it.
 #[derive(Default)]
-struct Matched(BTreeMap<(SignalRef, SignalRef, bool), (Pair, Vec<usize>)>);
+struct Matched(BTreeMap<(u32, u32, bool), (Pair, Vec<usize>)>);
 
 impl Matched {
     fn by_name(&mut self, a: &Waves, b: &Waves, options: &Options, result: &mut Difference) {
@@ -405,7 +406,7 @@ impl Compare {
                     found.extend(vars.iter().map(|&var| Found { time, var, pair: *pair }));
                 }
                 if pair.kind == ValueKind::Bits(1)
-                    && let Some(changes) = signal_a.map(|signal| signal.time_indices().len())
+                    && let Some(changes) = signal_a.map(|signal| signal.len())
                     && clock.is_none_or(|(most, _)| changes > most)
                 {
                     clock = Some((changes, (vars[0], *pair)));
@@ -514,9 +515,18 @@ impl Compare {
     }
 }
 
-fn load(waves: &mut Waves, signals: impl Iterator<Item = SignalRef>) -> Result<HashMap<SignalRef, Signal>, ReadError> {
-    let signals: Vec<SignalRef> = signals.collect();
-    Ok(waves.signals(&signals)?.into_iter().map(|signal| (signal.signal_ref(), signal)).collect())
+/// Signals by their numbers.
+struct Loaded(HashMap<u32, Arc<Signal>>);
+
+impl Loaded {
+    fn get(&self, signal: &u32) -> Option<&Signal> {
+        self.0.get(signal).map(|signal| &**signal)
+    }
+}
+
+fn load(waves: &mut Waves, signals: impl Iterator<Item = u32>) -> Result<Loaded, ReadError> {
+    let signals: Vec<u32> = signals.collect();
+    Ok(Loaded(signals.iter().copied().zip(waves.signals(&signals)?).collect()))
 }
 
 #[cfg(test)]

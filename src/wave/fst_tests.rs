@@ -1,4 +1,4 @@
-//! The oracles are `wellen`, which reads FST by a crate of another author, and GTKWave's `fst2vcd`.
+//! The oracles are a model of what was recorded, `wellen`, which reads FST by a crate of another author, and GTKWave's `fst2vcd`.
 
 use proptest::prelude::*;
 
@@ -6,17 +6,18 @@ use super::*;
 use crate::Sink;
 use crate::output::{Output, OutputError};
 use crate::read::Waves;
-use crate::samples::{check_values, end, layout, model, record, runs, sample};
+use crate::samples::{check_values, end, layout, model, record, runs, sample, wellen_agrees};
 use crate::value::Word;
 
 proptest! {
     #[test]
-    fn wellen_reads_what_was_written((widths, steps, tail) in runs()) {
+    fn what_was_written_is_read((widths, steps, tail) in runs()) {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.fst");
         let layout = layout(&widths);
         record(&mut FstWriter::new(Output::create(&path).unwrap()), &layout, &steps, tail);
         check_values(&path, &layout, &model(&widths, &steps));
+        wellen_agrees(&path);
         prop_assert_eq!(Waves::open(&path).unwrap().end(), end(&steps, tail).max(1));
     }
 }

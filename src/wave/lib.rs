@@ -13,10 +13,8 @@ mod fields;
 mod file;
 pub mod fst;
 pub mod layout;
-mod names;
 pub mod output;
 pub mod play;
-mod precheck;
 pub mod read;
 pub mod recorder;
 mod report;
@@ -35,7 +33,7 @@ use std::io;
 
 #[cfg(test)]
 pub(crate) use discreta_core::Value;
-pub(crate) use discreta_core::{Timescale, Unit, files, guard, value};
+pub(crate) use discreta_core::{Timescale, Unit, files, value};
 
 use crate::value::Word;
 pub use batch::{Batch, Batches};

@@ -1,20 +1,17 @@
 //! Going through some variables of a waveform in order of time.
 
 use std::cmp::Reverse;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::BinaryHeap;
+use std::iter::Peekable;
+use std::sync::Arc;
 
-use wellen::{BitVecRef, Signal, SignalRef, SignalValueRef};
-
+pub use super::read::signal::Bits;
+use super::read::signal::{All, Signal, Value};
 use super::read::{ReadError, Waves};
 use crate::value::Word;
-use crate::value::word::{copy, words};
 
 /// The values of some variables.
-pub struct Tracks {
-    signals: Vec<Signal>,
-    /// For each variable that of the signals which it is; none if the file has no values.
-    of: Vec<Option<usize>>,
-}
+pub struct Tracks(Vec<Arc<Signal>>);
 
 impl Tracks {
     /// Loads variables, given by their indices; what several of them share once.
@@ -25,52 +22,40 @@ impl Tracks {
     /// # Panics
     /// If there is no such variable.
     pub fn load(waves: &mut Waves, vars: &[usize]) -> Result<Tracks, ReadError> {
-        let mut refs: Vec<SignalRef> = vars.iter().map(|&var| waves.vars()[var].signal).collect();
-        refs.sort_unstable();
-        refs.dedup();
-        let signals = waves.signals(&refs)?;
-        let at: HashMap<SignalRef, usize> = signals.iter().enumerate().map(|(i, s)| (s.signal_ref(), i)).collect();
-        let of = vars.iter().map(|&var| at.get(&waves.vars()[var].signal).copied()).collect();
-        Ok(Tracks { signals, of })
+        let signals: Vec<u32> = vars.iter().map(|&var| waves.vars()[var].signal).collect();
+        Ok(Tracks(waves.signals(&signals)?))
     }
 
     /// The times at which a variable, given by its place among those that were loaded, is said to have a value.
     pub fn times<'a>(&'a self, waves: &'a Waves, var: usize) -> impl Iterator<Item = u64> + 'a {
-        let signal = self.of[var].map(|signal| &self.signals[signal]);
-        signal.into_iter().flat_map(|s| s.time_indices()).map(|&at| waves.times()[at as usize])
+        self.0[var].all().map(|(at, _)| waves.times()[at as usize])
     }
 
     /// A bit of a variable at each of its [times](Tracks::times).
     pub fn bit<'a>(&'a self, waves: &'a Waves, var: usize, bit: u32) -> impl Iterator<Item = (u64, Word)> + 'a {
-        let signal = self.of[var].map(|signal| &self.signals[signal]);
-        signal.into_iter().flat_map(|s| super::read::changes(s, waves.times())).filter_map(move |(time, value)| {
-            let SignalValueRef::BitVec(bits) = value else { return None };
-            let mut below = vec![Word::ZERO; words(bit + 1)];
-            write(&mut below, 0, bits, bit + 1);
-            let Word { v, u } = below[bit as usize / 64];
-            Some((time, Word { v: v >> (bit % 64) & 1, u: u >> (bit % 64) & 1 }))
+        super::read::changes(&self.0[var], waves.times()).filter_map(move |(time, value)| {
+            let Value::Bits(bits) = value else { return None };
+            Some((time, bits.bit(bit)))
         })
     }
 
     /// Goes through all of them together from the beginning.
     #[must_use]
     pub fn play<'a>(&'a self, waves: &'a Waves) -> Player<'a> {
-        let first = |(var, signal): (usize, &Option<usize>)| {
-            Some(Reverse((*self.signals[(*signal)?].time_indices().first()?, var)))
-        };
-        let due = self.of.iter().enumerate().filter_map(first).collect();
-        Player { tracks: self, waves, next: vec![0; self.of.len()], due }
+        let mut next: Vec<Peekable<All<'a>>> = self.0.iter().map(|signal| signal.all().peekable()).collect();
+        let first = |(var, all): (usize, &mut Peekable<All<'a>>)| Some(Reverse((all.peek()?.0, var)));
+        let due = next.iter_mut().enumerate().filter_map(first).collect();
+        Player { waves, next, due }
     }
 }
 
 /// A walk through the changes of several variables; see [`Tracks::play`].
 pub struct Player<'a> {
-    tracks: &'a Tracks,
     waves: &'a Waves,
-    /// For each variable the change to come.
-    next: Vec<usize>,
+    /// For each variable the changes to come.
+    next: Vec<Peekable<All<'a>>>,
     /// Times by their index, and the variables that change then.
-    due: BinaryHeap<Reverse<(u32, usize)>>,
+    due: BinaryHeap<Reverse<(u64, usize)>>,
 }
 
 impl Player<'_> {
@@ -88,53 +73,18 @@ impl Player<'_> {
                 break;
             }
             self.due.pop();
-            let Some(signal) = self.tracks.of[var].map(|signal| &self.tracks.signals[signal]) else { continue };
-            let times = signal.time_indices();
-            let mut next = self.next[var] + 1;
+            let mut last = None;
             // the last one counts
-            while times.get(next) == Some(&now) {
-                next += 1;
+            while let Some((_, value)) = self.next[var].next_if(|(at, _)| *at == now) {
+                last = Some(value);
             }
-            self.next[var] = next;
-            if let Some(&at) = times.get(next) {
+            if let Some(&(at, _)) = self.next[var].peek() {
                 self.due.push(Reverse((at, var)));
             }
-            if let SignalValueRef::BitVec(bits) = signal.data().get_value_at(next - 1) {
-                change(var, Bits(bits));
+            if let Some(Value::Bits(bits)) = last {
+                change(var, bits);
             }
         }
-    }
-}
-
-/// The bits of a variable.
-pub struct Bits<'a>(BitVecRef<'a>);
-
-impl Bits<'_> {
-    /// Writes `width` of them over those of a vector from bit `at` up, or all, the most significant first.
-    pub fn write(&self, to: &mut [Word], at: u32, width: u32, reversed: bool) {
-        if !reversed {
-            return write(to, at, self.0, width);
-        }
-        let mut whole = vec![Word::ZERO; words(self.0.width())];
-        write(&mut whole, 0, self.0, self.0.width());
-        for (i, from) in (at..at + width).zip((0..self.0.width()).rev()) {
-            copy(to, i, &whole, from, 1);
-        }
-    }
-}
-
-/// Of VHDL's values, weak ones are as strong as others, and what is neither 0, 1 nor z is x.
-fn write(to: &mut [Word], at: u32, bits: BitVecRef<'_>, width: u32) {
-    for (i, bit) in (at..at + width).zip(bits.iter_lsb_to_msb()) {
-        let (v, u) = match bit.as_ascii() {
-            '0' | 'l' => (0, 0),
-            '1' | 'h' => (1, 0),
-            'z' => (1, 1),
-            _ => (0, 1),
-        };
-        let (word, shift) = (&mut to[i as usize / 64], i % 64);
-        word.v = word.v & !(1 << shift) | v << shift;
-        word.u = word.u & !(1 << shift) | u << shift;
     }
 }
 

@@ -97,6 +97,28 @@ pub fn check_values(path: &Path, layout: &Layout, ticks: &BTreeMap<u64, BTreeMap
     }
 }
 
+/// `wellen`, a reader by another author, makes the same of a file.
+pub fn wellen_agrees(path: &Path) {
+    let mut theirs = wellen::simple::read(path).unwrap();
+    let mut ours = Waves::open(path).unwrap();
+    let refs: Vec<_> = theirs.hierarchy().all_vars().collect();
+    assert_eq!(refs.len(), ours.vars().len());
+    for at in refs {
+        let var = &theirs.hierarchy()[at];
+        let (name, signal) = (var.full_name(theirs.hierarchy()), var.signal_ref());
+        theirs.load_signals(&[signal]);
+        let mut changes: Vec<(u64, String)> = Vec::new();
+        for (at, value) in theirs.get_signal(signal).unwrap().iter_changes() {
+            let time = theirs.time_table()[at as usize];
+            changes.pop_if(|(last, _)| *last == time);
+            changes.push((time, value.to_string()));
+        }
+        let found = ours.find(&name).unwrap_or_else(|| panic!("{name} not in {:?}", ours.vars()));
+        assert_eq!(ours.load(found).unwrap().changes().collect::<Vec<_>>(), changes, "{name}");
+    }
+    assert_eq!(ours.end(), theirs.time_table().last().copied().unwrap_or(0));
+}
+
 pub fn sample() -> (Vec<u32>, Vec<Step>) {
     let widths = vec![1, 8, 70];
     let steps = (0..60_u64)

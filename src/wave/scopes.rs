@@ -2,8 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::names::plain_path;
 use super::read::Waves;
+use super::read::names::plain_path;
 
 /// How many scopes a message names.
 const SHOWN: usize = 10;
@@ -31,17 +31,19 @@ impl Waves {
         if scope.is_empty() {
             return;
         }
-        let above = self.scopes.iter().filter(|other| is_below(scope, other)).map(|other| other.len() + 1).max();
+        let above = self.names.scopes.iter().filter(|other| is_below(scope, other)).map(|other| other.len() + 1).max();
         let cut = above.unwrap_or(0);
-        self.scopes.retain(|other| other == scope || is_below(other, scope));
-        self.scopes.iter_mut().for_each(|other| _ = other.drain(..cut));
-        self.vars.retain(|var| is_below(&var.name, scope));
-        for var in &mut self.vars {
+        self.names.scopes.retain(|other| other == scope || is_below(other, scope));
+        self.names.scopes.iter_mut().for_each(|other| _ = other.drain(..cut));
+        self.names.vars.retain(|var| is_below(&var.name, scope));
+        self.names.left_out.retain(|out| is_below(&out.name, scope));
+        self.names.left_out.iter_mut().for_each(|out| _ = out.name.drain(..cut));
+        for var in &mut self.names.vars {
             var.name.drain(..cut);
             var.scopes -= cut as u32;
             var.stem -= cut as u32;
         }
-        self.index = self.vars.iter().enumerate().map(|(i, var)| (var.name.clone(), i)).collect();
+        self.names.index = self.names.vars.iter().enumerate().map(|(i, var)| (var.name.clone(), i)).collect();
     }
 
     /// The scope below which most variables have the names that another waveform has below `scope`, the top among them;

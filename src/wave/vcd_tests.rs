@@ -1,4 +1,4 @@
-//! The oracles are the `vcd` crate's own writer of values, `wellen`, and GTKWave's `vcd2fst`.
+//! The oracles are the `vcd` crate's own writer of values, `wellen`, a reader, and GTKWave's `vcd2fst`.
 
 use needs::needs;
 use proptest::prelude::*;
@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::Sink;
 use crate::read::Waves;
-use crate::samples::{Step, check_values, end, layout, model, record, runs, sample};
+use crate::samples::{Step, check_values, end, layout, model, record, runs, sample, wellen_agrees};
 use crate::value::{Logic, Value};
 
 fn write(layout: &Layout, steps: &[Step], tail: u64) -> Vec<u8> {
@@ -85,12 +85,13 @@ proptest! {
     }
 
     #[test]
-    fn wellen_reads_what_was_written((widths, steps, tail) in runs()) {
+    fn what_was_written_is_read((widths, steps, tail) in runs()) {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.vcd");
         let layout = layout(&widths);
         std::fs::write(&path, write(&layout, &steps, tail)).unwrap();
         check_values(&path, &layout, &model(&widths, &steps));
+        wellen_agrees(&path);
         prop_assert_eq!(Waves::open(&path).unwrap().end(), end(&steps, tail));
     }
 

@@ -2,13 +2,12 @@
 
 use std::iter::Peekable;
 
-use wellen::SignalValueRef;
-
 use super::diff::Side;
 use super::read::ValueKind;
+use super::read::signal::{Bits, Value};
 
-pub(super) trait Point<'a>: Iterator<Item = (u64, SignalValueRef<'a>)> {}
-impl<'a, I: Iterator<Item = (u64, SignalValueRef<'a>)>> Point<'a> for I {}
+pub(super) trait Point<'a>: Iterator<Item = (u64, Value<'a>)> {}
+impl<'a, I: Iterator<Item = (u64, Value<'a>)>> Point<'a> for I {}
 
 /// Goes through the changes of several signals together, in order of time.
 pub(super) struct Walk<'a, I: Point<'a>> {
@@ -20,7 +19,7 @@ pub(super) struct Source<'a, I: Point<'a>> {
     /// What is to come.
     pub(super) points: Peekable<I>,
     /// When it last changed, and to what.
-    pub(super) last: Option<(u64, SignalValueRef<'a>)>,
+    pub(super) last: Option<(u64, Value<'a>)>,
 }
 
 /// The value of a signal at one time.
@@ -29,7 +28,7 @@ pub(super) enum Sample<'a> {
     /// Nothing said so far: these bits are x.
     Unknown(u32),
     Nothing,
-    Value(SignalValueRef<'a>),
+    Value(Value<'a>),
 }
 
 impl<'a, I: Point<'a>> Walk<'a, I> {
@@ -59,7 +58,7 @@ impl<'a, I: Point<'a>> Walk<'a, I> {
         match self.value(source, kind) {
             Sample::Unknown(width) => "x".repeat(width as usize),
             Sample::Nothing => String::new(),
-            Sample::Value(SignalValueRef::Event) => "event".to_owned(),
+            Sample::Value(Value::Event) => "event".to_owned(),
             Sample::Value(value) => value.to_string(),
         }
     }
@@ -67,42 +66,22 @@ impl<'a, I: Point<'a>> Walk<'a, I> {
 
 pub(super) fn same(a: Sample<'_>, b: Sample<'_>, dont_care: Option<Side>) -> bool {
     match (a, b) {
-        (Sample::Value(SignalValueRef::Real(a)), Sample::Value(SignalValueRef::Real(b))) => {
-            a == b || a.is_nan() && b.is_nan()
-        }
-        (Sample::Value(SignalValueRef::BitVec(a)), Sample::Value(SignalValueRef::BitVec(b)))
-            if a.width() != b.width() =>
-        {
-            // only the lower bits are common to both
-            let any = |bit: char, side| dont_care == Some(side) && bit == 'x';
-            let mut bits = a.iter_lsb_to_msb().zip(b.iter_lsb_to_msb()).map(|(a, b)| (a.as_ascii(), b.as_ascii()));
-            bits.all(|(a, b)| any(a, Side::A) || any(b, Side::B) || a == b)
-        }
+        (Sample::Value(Value::Real(a)), Sample::Value(Value::Real(b))) => a == b || a.is_nan() && b.is_nan(),
         (Sample::Value(a), Sample::Value(b)) if a == b => true,
-        (Sample::Value(SignalValueRef::BitVec(a)), Sample::Value(SignalValueRef::BitVec(b))) => match dont_care {
-            None => false,
-            Some(Side::A) => agrees(a, b),
-            Some(Side::B) => agrees(b, a),
+        // of different widths only the lower bits are common to both
+        (Sample::Value(Value::Bits(a)), Sample::Value(Value::Bits(b))) => match dont_care {
+            None => a.agrees(&b, false),
+            Some(Side::A) => a.agrees(&b, true),
+            Some(Side::B) => b.agrees(&a, true),
         },
         (Sample::Unknown(_), Sample::Unknown(_)) | (Sample::Nothing, Sample::Nothing) => true,
-        (Sample::Unknown(width), Sample::Value(SignalValueRef::BitVec(value))) => {
-            dont_care == Some(Side::A) || all_x(value, width)
-        }
-        (Sample::Value(SignalValueRef::BitVec(value)), Sample::Unknown(width)) => {
-            dont_care == Some(Side::B) || all_x(value, width)
-        }
+        (Sample::Unknown(width), Sample::Value(Value::Bits(bits))) => unknown(bits, width, dont_care == Some(Side::A)),
+        (Sample::Value(Value::Bits(bits)), Sample::Unknown(width)) => unknown(bits, width, dont_care == Some(Side::B)),
         _ => false,
     }
 }
 
-fn all_x(value: wellen::BitVecRef<'_>, width: u32) -> bool {
-    value.iter_lsb_to_msb().take(width as usize).all(|bit| bit.as_ascii() == 'x')
-}
-
-/// Whether every bit that is not x in the first is the same in the second.
-fn agrees(loose: wellen::BitVecRef<'_>, strict: wellen::BitVecRef<'_>) -> bool {
-    loose
-        .iter_lsb_to_msb()
-        .zip(strict.iter_lsb_to_msb())
-        .all(|(loose, strict)| loose.as_ascii() == 'x' || loose.as_ascii() == strict.as_ascii())
+/// Whether bits are the same as so many of which nothing is said, unless these agree with anything.
+fn unknown(bits: Bits<'_>, width: u32, any: bool) -> bool {
+    any || bits.is_x(width)
 }

@@ -145,17 +145,76 @@ fn what_cannot_be_read_is_2() {
     }
 }
 
-/// The reader's own panic message must not show.
 #[test]
 fn a_damaged_file_is_2_and_one_message() {
     let dir = tempfile::tempdir().unwrap();
-    let path = dir.path().join("bad.vcd");
-    let text = std::fs::read_to_string(COUNTER).unwrap();
-    std::fs::write(&path, text.replace("#12\n", "#12\n1unknown\n")).unwrap();
+    let path = dir.path().join("bad.fst");
+    std::fs::write(&path, &std::fs::read("tests/waves/counter.fst").unwrap()[..400]).unwrap();
     let (status, stdout, stderr) = run(&["diff", COUNTER, path.to_str().unwrap()]);
     assert_eq!((status, stdout.as_str()), (2, ""));
     assert!(stderr.starts_with("error: cannot read the waveform"), "{stderr}");
     assert_eq!(stderr.lines().count(), 2, "{stderr}");
+}
+
+/// What is doubtful is told and read; a file that breaks off is read up to there, and the exit status says so.
+#[test]
+fn odd_and_cut_files_are_read() {
+    let dir = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(COUNTER).unwrap();
+    let given = |text: &str| {
+        let path = dir.path().join("other.vcd");
+        std::fs::write(&path, text).unwrap();
+        let (status, stdout, stderr) = run(&["diff", COUNTER, path.to_str().unwrap()]);
+        (status, stdout.starts_with("The same: 8 signals"), stderr)
+    };
+    let (status, same, stderr) = given(&text.replace("#12\n", "#12\n1unknown\n"));
+    assert_eq!((status, same), (0, true), "{stderr}");
+    assert!(stderr.contains("the value of `unknown` is passed over") && stderr.lines().count() == 1, "{stderr}");
+    let (status, same, stderr) = given(text.trim_end());
+    assert!((status, same) == (0, true) && stderr.contains("its last line"), "{stderr}");
+    let (status, same, stderr) = given(&format!("{text}b101"));
+    assert!((status, same) == (2, true) && stderr.contains("it is cut off"), "{stderr}");
+}
+
+/// A variable that cannot be read is named where it is wanted, and only there; the others are shown.
+#[test]
+fn an_odd_variable_is_named_where_it_is_wanted() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("odd.vcd");
+    let text = "$scope module t $end $var real 64 r odd $end $var wire 1 ! good $end $upscope $end $enddefinitions $end\n\
+                #0\nshigh r\n1!\n#5\n0!\n";
+    std::fs::write(&path, text).unwrap();
+    let path = path.to_str().unwrap();
+    for (signals, warned) in [(&[][..], true), (&["--signals", "good"], false), (&["-s", "t.*"], true)] {
+        let (status, stdout, stderr) = run(&[&["wave", path], signals].concat());
+        assert!(status == 0 && stdout.contains("good"), "{signals:?}: {stdout}{stderr}");
+        assert_eq!(
+            stderr.contains("`t.odd` is left out: line 3: `high` is not a real number"),
+            warned,
+            "{signals:?}: {stderr}"
+        );
+        assert_eq!(stderr.is_empty(), !warned, "{stderr}");
+    }
+}
+
+/// The nine values of VHDL are four on either side.
+#[test]
+fn nine_values_are_compared_as_four() {
+    let dir = tempfile::tempdir().unwrap();
+    let write = |name: &str, values: &str| {
+        let path = dir.path().join(name);
+        let header = "$timescale 1 ns $end $var wire 9 ! v $end $enddefinitions $end\n#0\n";
+        std::fs::write(&path, format!("{header}b{values} !\n#9\n")).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let (nine, four, other) =
+        (write("nine.vcd", "UX01ZWLH-"), write("four.vcd", "xx01zx01x"), write("other.vcd", "xx01zx011"));
+    assert_eq!(run(&["diff", &nine, &four]).0, 0);
+    assert_eq!(run(&["diff", &nine, &other]).0, 1);
+    assert_eq!(
+        [run(&["diff", "--ignore-x", "a", &nine, &other]).0, run(&["diff", "--ignore-x", "b", &nine, &other]).0],
+        [0, 1]
+    );
 }
 
 #[test]

@@ -22,7 +22,7 @@ Examples:
         all below a scope, for a log
 
 Names are matched in full (line.f) or from below the top module (f); `*` stays in a scope, `**` crosses them.
-Exit status: 0 printed; 2 a file cannot be read, or usage.")]
+Exit status: 0 printed; 2 a file cannot be read, or only as far as it goes, or usage.")]
 pub struct WaveTextArgs {
     /// The waveform: VCD, FST or GHW
     #[arg(value_name = "WAVEFORM", value_hint = ValueHint::FilePath)]

@@ -119,8 +119,16 @@ pub fn open(wave: &WaveStimulus, from: &str, diagnostics: &mut Diagnostics) -> O
         let fault = Diagnostic::new(Code::BadWave, e.to_string()).at(wave.wave.span, "");
         e.hint().into_iter().fold(fault, Diagnostic::help)
     };
-    opened.map_err(|e| diagnostics.push(fault(e))).ok()
+    let waves = opened.map_err(|e| diagnostics.push(fault(e))).ok()?;
+    let left_out = waves.left_out().iter().map(|out| format!("`{}` is left out: {}", out.name, out.why));
+    for text in waves.warnings().into_iter().chain(left_out.take(LEFT_OUT)) {
+        diagnostics.push(Diagnostic::new(Code::DoubtfulWave, text).at(wave.wave.span, "this waveform"));
+    }
+    Some(waves)
 }
+
+/// Variables of a waveform that are left out and told of.
+const LEFT_OUT: usize = 20;
 
 impl Replay {
     /// Finds the inputs of a circuit, and what is to be compared, in a waveform. Every fault goes into `diagnostics`.
@@ -220,6 +228,12 @@ impl Replay {
                 return;
             }
         }
+    }
+
+    /// Whether the waveform breaks off.
+    #[must_use]
+    pub fn is_cut(&self) -> bool {
+        self.waves.is_cut()
     }
 
     /// The waveform's file.

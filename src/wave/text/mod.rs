@@ -50,10 +50,27 @@ impl Trace {
     /// If there is no such variable.
     pub fn load(waves: &mut Waves, var: usize, radix: Radix) -> Result<Trace, ReadError> {
         let changes = waves.load(var)?.changes().collect();
+        Ok(Trace { radix, ..Trace::of(waves, var, changes) })
+    }
+
+    /// What several variables do, in one pass over the file.
+    ///
+    /// # Errors
+    /// Their values are damaged.
+    ///
+    /// # Panics
+    /// If there is no such variable.
+    pub fn load_all(waves: &mut Waves, vars: &[usize]) -> Result<Vec<Trace>, ReadError> {
+        let loaded: Vec<Vec<(u64, String)>> =
+            waves.load_all(vars)?.iter().map(|series| series.changes().collect()).collect();
+        Ok(vars.iter().zip(loaded).map(|(&var, changes)| Trace::of(waves, var, changes)).collect())
+    }
+
+    fn of(waves: &Waves, var: usize, changes: Vec<(u64, String)>) -> Trace {
         let var = &waves.vars()[var];
         let scope = var.scope().to_owned();
         let name = if scope.is_empty() { var.name.clone() } else { var.name[scope.len() + 1..].to_owned() };
-        Ok(Trace { scope, name, kind: var.kind, radix, values: None, changes })
+        Trace { scope, name, kind: var.kind, radix: Radix::Auto, values: None, changes }
     }
 
     /// The value at a time, as bits.

@@ -1,21 +1,38 @@
-//! Reading a waveform, by `wellen`: VCD, FST and GHW.
+//! Reading a waveform: VCD, FST and GHW.
 //!
-//! [`Waves`] holds the names and the times; values are loaded a few variables at a time. A damaged file is an error,
-//! whatever the reader makes of it.
+//! [`Waves`] holds the names and the times; values are loaded a few variables at a time. A reader of a format gives
+//! its names to [`names`] and its values to [`signal`], and takes no length or count from a file at its word: what is
+//! made room for is what bytes are there for. What is doubtful is noted ([`Waves::warnings`]), a variable that cannot be
+//! read is [left out](Waves::left_out), and a file that breaks off is read up to there ([`Waves::is_cut`]).
+
+mod bytes;
+mod fst;
+mod fst_blocks;
+mod fst_names;
+mod fst_values;
+mod ghw;
+mod ghw_types;
+mod ghw_values;
+pub(super) mod names;
+mod notes;
+pub(super) mod signal;
+mod tokens;
+mod unpack;
+mod vcd;
 
 use std::collections::HashMap;
 use std::fmt;
 use std::fs::File;
-use std::io::{self, BufReader, Seek};
+use std::io::{self, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use wellen::{FileFormat, Hierarchy, LoadOptions, SignalRef, SignalSource, viewers};
-use wellen::{Signal, SignalValueRef, States};
+use names::{Made, Names};
+use notes::Notes;
+use signal::Signal;
+pub use signal::logic;
 
-use super::names::{self, Names};
-use super::precheck;
 use crate::Timescale;
-use crate::guard::caught;
 
 /// What the values of a variable are.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
@@ -54,7 +71,8 @@ pub struct WaveVar {
     /// Whether its bits stand in the file one by one, which does not tell which of them is the most significant: here it
     /// is the one with the highest index.
     pub joined: bool,
-    pub(super) signal: SignalRef,
+    /// Which of [`Names::signals`] has its values.
+    pub(super) signal: u32,
     /// How much of the name is scopes, and how much is all but the index.
     pub(super) scopes: u32,
     pub(super) stem: u32,
@@ -95,20 +113,47 @@ impl WaveVar {
 /// ```
 pub struct Waves {
     path: PathBuf,
-    hierarchy: Hierarchy,
-    source: Option<SignalSource>,
+    pub(crate) names: Names,
+    source: Source,
     times: Vec<u64>,
-    pub(super) vars: Vec<WaveVar>,
-    pub(super) scopes: Vec<String>,
-    pub(super) index: HashMap<String, usize>,
     exponent: Option<i32>,
+    notes: Notes,
 }
+
+/// A variable that was left out.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct LeftOut {
+    /// Its full name.
+    pub name: String,
+    /// What is wrong with it.
+    pub why: String,
+}
+
+/// What a reader makes of a file.
+struct Contents {
+    names: Names,
+    exponent: Option<i32>,
+    /// The times at which anything changes, each later than the one before.
+    times: Vec<u64>,
+    source: Source,
+    notes: Notes,
+}
+
+/// Where the values of the signals of a file are, by their numbers.
+enum Source {
+    Memory(Vec<Arc<Signal>>),
+    Fst(fst_values::Values),
+}
+
+/// A file, or what was packed in one.
+trait Input: Read + Seek + Send {}
+impl<T: Read + Seek + Send> Input for T {}
 
 impl Waves {
     /// Opens a file, whose format is told from what is in it.
     ///
     /// # Errors
-    /// It cannot be read, is not a waveform, or is damaged.
+    /// It cannot be read, is not a waveform, or is damaged so that nothing can be made of it.
     pub fn open(path: &Path) -> Result<Waves, ReadError> {
         let fail = |fault| ReadError { path: path.to_owned(), fault };
         crate::files::reads(path);
@@ -121,39 +166,52 @@ impl Waves {
         if metadata.len() == 0 {
             return Err(fail(Fault::Empty));
         }
-        guarded(|| Waves::read(path, file)).map_err(fail)
+        Waves::read(path, file, metadata.len()).map_err(fail)
     }
 
-    fn read(path: &Path, file: File) -> Result<Waves, Fault> {
-        let mut input = BufReader::with_capacity(1 << 16, file);
-        let format = viewers::detect_file_format(&mut input);
+    /// Reads a waveform that is in memory; `path` is what it is called.
+    ///
+    /// # Errors
+    /// As [`open`](Waves::open).
+    pub fn of_bytes(path: &Path, bytes: Vec<u8>) -> Result<Waves, ReadError> {
+        let length = bytes.len() as u64;
+        let read = Waves::read(path, io::Cursor::new(bytes), length);
+        read.map_err(|fault| ReadError { path: path.to_owned(), fault })
+    }
+
+    fn read(path: &Path, input: impl Input + 'static, length: u64) -> Result<Waves, Fault> {
+        let mut input = BufReader::with_capacity(1 << 16, input);
+        let mut beginning = Vec::new();
+        input.by_ref().take(1 << 12).read_to_end(&mut beginning).map_err(Fault::Io)?;
         input.rewind().map_err(Fault::Io)?;
-        let has_body = match format {
-            FileFormat::Vcd => precheck::vcd(&mut input)?,
-            FileFormat::Fst => precheck::fst(&mut input).map(|()| true)?,
-            FileFormat::Ghw => true,
-            FileFormat::Unknown => return Err(Fault::Unknown),
-        };
-        input.rewind().map_err(Fault::Io)?;
-        // One thread: a panic in another would be out of reach.
-        let options = LoadOptions { multi_thread: false, ..LoadOptions::default() };
-        let header = viewers::read_header(input, &options).map_err(malformed)?;
-        let hierarchy = header.hierarchy;
-        let Names { vars, index, scopes } = names::names(&hierarchy)?;
-        let exponent = match hierarchy.timescale() {
-            Some(timescale) => exponent(timescale)?,
-            None => None,
-        };
-        let (source, times) = if has_body {
-            let body = viewers::read_body(header.body, &hierarchy, None).map_err(malformed)?;
-            (Some(body.source), body.time_table)
+        let Contents { names, exponent, times, source, notes } = if vcd::is_vcd(&beginning) {
+            vcd::read(input, length)?
+        } else if ghw::is_ghw(&beginning) {
+            ghw::read(input, length)?
+        } else if fst::is_fst(&beginning) {
+            fst::read(Box::new(input), path)?
         } else {
-            (None, Vec::new())
+            return Err(Fault::Unknown);
         };
-        if times.windows(2).any(|pair| pair[0] >= pair[1]) {
-            return Err(Fault::Malformed("time goes back".to_owned()));
-        }
-        Ok(Waves { path: path.to_owned(), hierarchy, source, times, vars, scopes, index, exponent })
+        Ok(Waves { path: path.to_owned(), names, source, times, exponent, notes })
+    }
+
+    /// What is doubtful about the file, in sentences without their end.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        self.notes.warnings()
+    }
+
+    /// The variables that are not among [`vars`](Waves::vars), because they cannot be read.
+    #[must_use]
+    pub fn left_out(&self) -> &[LeftOut] {
+        &self.names.left_out
+    }
+
+    /// Whether the file breaks off: what wrote it was interrupted, or goes on writing.
+    #[must_use]
+    pub fn is_cut(&self) -> bool {
+        self.notes.cut.is_some()
     }
 
     /// The file.
@@ -165,19 +223,19 @@ impl Waves {
     /// The variables, in the order of the file.
     #[must_use]
     pub fn vars(&self) -> &[WaveVar] {
-        &self.vars
+        &self.names.vars
     }
 
     /// The full names of the scopes, in the order of the file.
     #[must_use]
     pub fn scopes(&self) -> &[String] {
-        &self.scopes
+        &self.names.scopes
     }
 
     /// The index of a variable by its full name.
     #[must_use]
     pub fn find(&self, name: &str) -> Option<usize> {
-        self.index.get(name).copied()
+        self.names.index.get(name).copied()
     }
 
     /// A tick as a power of ten of a second, if the file says.
@@ -212,22 +270,51 @@ impl Waves {
     /// # Panics
     /// If there is no such variable.
     pub fn load(&mut self, var: usize) -> Result<Series<'_>, ReadError> {
-        let signal = self.signals(&[self.vars[var].signal])?.pop();
+        let signal = self.signals(&[self.names.vars[var].signal])?.remove(0);
         Ok(Series { times: &self.times, signal })
     }
 
-    /// Loads signals, in the order in which they are asked for; each at most once. None for a file without values.
-    pub(super) fn signals(&mut self, signals: &[SignalRef]) -> Result<Vec<Signal>, ReadError> {
-        let Some(source) = &mut self.source else { return Ok(Vec::new()) };
-        let loaded = guarded(|| {
-            let loaded = source.load_signals(signals, &self.hierarchy, false);
-            loaded.iter().try_for_each(|signal| sound(signal, &self.times))?;
-            Ok(loaded)
-        });
-        let mut loaded = loaded.map_err(|fault| ReadError { path: self.path.clone(), fault })?;
-        let order: HashMap<_, _> = signals.iter().enumerate().map(|(i, signal)| (*signal, i)).collect();
-        loaded.sort_by_key(|signal| order.get(&signal.signal_ref()).copied());
-        Ok(loaded)
+    /// Loads the values of several variables, given by their indices, in one pass over the file.
+    ///
+    /// # Errors
+    /// They are damaged.
+    ///
+    /// # Panics
+    /// If there is no such variable.
+    pub fn load_all(&mut self, vars: &[usize]) -> Result<Vec<Series<'_>>, ReadError> {
+        let signals: Vec<u32> = vars.iter().map(|&var| self.names.vars[var].signal).collect();
+        let loaded = self.signals(&signals)?;
+        Ok(loaded.into_iter().map(|signal| Series { times: &self.times, signal }).collect())
+    }
+
+    /// Loads signals of variables, in the order in which they are asked for.
+    pub(super) fn signals(&mut self, signals: &[u32]) -> Result<Vec<Arc<Signal>>, ReadError> {
+        let made: Vec<&Made> = signals.iter().map(|&signal| &self.names.signals[signal as usize]).collect();
+        let mut wanted = Vec::new();
+        for made in &made {
+            match made {
+                Made::Of(number) => wanted.push(*number),
+                Made::Joined(parts) => wanted.extend(parts.iter().map(|(number, _)| *number)),
+            }
+        }
+        wanted.sort_unstable();
+        wanted.dedup();
+        let loaded: Vec<Arc<Signal>> = match &mut self.source {
+            Source::Memory(all) => wanted.iter().map(|&number| all[number as usize].clone()).collect(),
+            Source::Fst(values) => {
+                let loaded = values.load(&wanted).map_err(|fault| ReadError { path: self.path.clone(), fault })?;
+                loaded.into_iter().map(Arc::new).collect()
+            }
+        };
+        let at = |number: u32| &loaded[wanted.binary_search(&number).expect("it was asked for")];
+        let signal = |made: &&Made| match made {
+            Made::Of(number) => at(*number).clone(),
+            Made::Joined(parts) => {
+                let parts: Vec<(&Signal, u32)> = parts.iter().map(|&(number, width)| (&**at(number), width)).collect();
+                Arc::new(signal::joined(&parts))
+            }
+        };
+        Ok(made.iter().map(signal).collect())
     }
 
     pub(super) fn times(&self) -> &[u64] {
@@ -238,7 +325,7 @@ impl Waves {
     #[must_use]
     pub fn originals(&self) -> Vec<usize> {
         let mut first = HashMap::new();
-        self.vars.iter().enumerate().map(|(i, var)| *first.entry(var.signal).or_insert(i)).collect()
+        self.names.vars.iter().enumerate().map(|(i, var)| *first.entry(var.signal).or_insert(i)).collect()
     }
 
     /// Whether two variables, given by their indices, are names for one thing.
@@ -247,78 +334,27 @@ impl Waves {
     /// If there is no such variable.
     #[must_use]
     pub fn are_one(&self, a: usize, b: usize) -> bool {
-        self.vars[a].signal == self.vars[b].signal
+        self.names.vars[a].signal == self.names.vars[b].signal
     }
 }
 
 /// The values of one variable over time.
 pub struct Series<'a> {
     times: &'a [u64],
-    signal: Option<Signal>,
+    signal: Arc<Signal>,
 }
 
 impl Series<'_> {
     /// Each change: the time in ticks and the value from then on, as text; bits the most significant first. The last
     /// one counts where there are several at one time.
     pub fn changes(&self) -> impl Iterator<Item = (u64, String)> + '_ {
-        self.signal.iter().flat_map(|signal| changes(signal, self.times).map(|(t, value)| (t, value.to_string())))
+        changes(&self.signal, self.times).map(|(time, value)| (time, value.to_string()))
     }
-}
-
-/// Looks at every value once, where a panic is caught: later ones are then safe to look at.
-fn sound(signal: &Signal, times: &[u64]) -> Result<(), Fault> {
-    let mut before = 0;
-    for (at, value) in signal.iter_changes() {
-        if at < before || at as usize >= times.len() {
-            return Err(Fault::Malformed("a value has no time".to_owned()));
-        }
-        before = at;
-        // Of nine states four bits each are kept, which can be more than there are states.
-        if let SignalValueRef::BitVec(bits) = value
-            && bits.states() == States::Nine
-        {
-            let _ = bits.bit_string();
-        }
-    }
-    Ok(())
 }
 
 /// Each time at which a signal changes, with the value that it has when that time is over.
-pub(super) fn changes<'a>(
-    signal: &'a Signal,
-    times: &'a [u64],
-) -> impl Iterator<Item = (u64, SignalValueRef<'a>)> + 'a {
-    let mut all = signal.iter_changes().peekable();
-    std::iter::from_fn(move || {
-        let (mut at, mut value) = all.next()?;
-        while let Some((_, later)) = all.next_if(|(next, _)| *next == at) {
-            (at, value) = (at, later);
-        }
-        Some((times[at as usize], value))
-    })
-}
-
-fn exponent(timescale: wellen::Timescale) -> Result<Option<i32>, Fault> {
-    let Some(unit) = timescale.unit.to_exponent() else { return Ok(None) };
-    match timescale.factor {
-        1 => Ok(Some(i32::from(unit))),
-        10 => Ok(Some(i32::from(unit) + 1)),
-        100 => Ok(Some(i32::from(unit) + 2)),
-        other => Err(Fault::Malformed(format!("its timescale is {other} of a unit; it can be 1, 10 or 100"))),
-    }
-}
-
-fn malformed(error: wellen::WellenError) -> Fault {
-    match error {
-        wellen::WellenError::FailedToLoad(_, text) => Fault::Malformed(text.trim_start_matches("[vcd] ").to_owned()),
-        wellen::WellenError::UnknownFileFormat => Fault::Unknown,
-        wellen::WellenError::Io(error) => Fault::Io(error),
-    }
-}
-
-/// Takes a panic of the reader for what it is: a file that it cannot make sense of.
-fn guarded<T>(read: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
-    caught(read).unwrap_or_else(|said| Err(Fault::Malformed(format!("the reader gave up ({said})"))))
+pub(super) fn changes<'a>(signal: &'a Signal, times: &'a [u64]) -> impl Iterator<Item = (u64, signal::Value<'a>)> + 'a {
+    signal.changes().map(|(at, value)| (times[at as usize], value))
 }
 
 /// A waveform that could not be read.
@@ -392,5 +428,4 @@ impl std::error::Error for ReadError {
 }
 
 #[cfg(test)]
-#[path = "read_tests.rs"]
 mod tests;
