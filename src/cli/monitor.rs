@@ -10,25 +10,55 @@ use crate::netlist::Netlist;
 /// Most failed assertions that are told one by one.
 pub(super) const SAID: u32 = 100;
 
-/// Prints what the circuit itself says.
-pub(super) fn say(netlist: &Netlist, check: &Monitor, now: u64, text: &str, failed: &mut u32) {
-    if check.fails() {
-        *failed += 1;
-        if *failed > SAID {
+/// What the circuit itself says, as it says it.
+pub(super) struct Speech<'n> {
+    netlist: &'n Netlist,
+    failed: u32,
+    /// What has been printed of a line that has not ended, and what stands before and after it.
+    begun: Option<(String, String, String)>,
+}
+
+impl<'n> Speech<'n> {
+    pub fn new(netlist: &'n Netlist) -> Speech<'n> {
+        Speech { netlist, failed: 0, begun: None }
+    }
+
+    /// Says what a monitor says. What is printed without the end of a line waits for it.
+    pub fn say(&mut self, monitor: &Monitor, now: u64, text: &str) {
+        if monitor.fails() {
+            self.failed += 1;
+            if self.failed > SAID {
+                return;
+            }
+        }
+        let at = time(self.netlist, now);
+        let source = monitor.source.as_ref().map_or_else(String::new, |s| format!(" ({s})"));
+        // nothing that moves the cursor of a terminal
+        let text: String = text.chars().filter(|&c| !c.is_control() || c == '\n' || c == '\t').collect();
+        if monitor.flavor == Flavor::Print {
+            let (_, begun, _) = self.begun.take().unwrap_or_default();
+            self.begun = Some((format!("print: at {at}"), begun + &text, source));
+            if text.ends_with('\n') {
+                self.end_line();
+            }
             return;
         }
+        self.end_line();
+        let text = text.trim_end_matches('\n');
+        let colon = if text.is_empty() { "" } else { ": " };
+        let (what, does) = match monitor.flavor {
+            Flavor::Assume => ("error[assumption]", "fails"),
+            Flavor::Cover => ("cover", "is reached"),
+            Flavor::Assert | Flavor::Print => ("error[assertion]", "fails"),
+        };
+        let _ = writeln!(anstream::stderr().lock(), "{what}: at {at} `{}` {does}{colon}{text}{source}", monitor.name);
     }
-    let at = time(netlist, now);
-    let source = check.source.as_ref().map_or_else(String::new, |s| format!(" ({s})"));
-    // nothing that moves the cursor of a terminal
-    let text: String = text.chars().filter(|&c| !c.is_control() || c == '\n' || c == '\t').collect();
-    let text = text.trim_end_matches('\n');
-    let colon = if text.is_empty() { "" } else { ": " };
-    let mut to = anstream::stderr().lock();
-    let _ = match check.flavor {
-        Flavor::Print => writeln!(to, "print: at {at}{colon}{text}{source}"),
-        Flavor::Assert => writeln!(to, "error[assertion]: at {at} `{}` fails{colon}{text}{source}", check.name),
-        Flavor::Assume => writeln!(to, "error[assumption]: at {at} `{}` fails{colon}{text}{source}", check.name),
-        Flavor::Cover => writeln!(to, "cover: at {at} `{}` is reached{colon}{text}{source}", check.name),
-    };
+
+    /// Ends a line that has been begun.
+    pub fn end_line(&mut self) {
+        let Some((head, text, source)) = self.begun.take() else { return };
+        let text = text.trim_end_matches('\n');
+        let colon = if text.is_empty() { "" } else { ": " };
+        let _ = writeln!(anstream::stderr().lock(), "{head}{colon}{text}{source}");
+    }
 }

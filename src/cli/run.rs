@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use super::args::{Assignment, ElaborationArgs, EngineArgs, EngineChoice, Format, RunArgs, XControl};
-use super::monitor::say;
+use super::monitor::Speech;
 use super::prepare::{Changes, Prepared, prepare, typed};
 use super::progress::Progress;
 use super::report::{Report, time};
@@ -160,9 +160,8 @@ fn engine(
             progress.set(now);
         }
     };
-    let mut said = 0u32;
-    let mut message =
-        |now: u64, number: usize, text: &str| say(netlist, &scenario.monitors[number], now, text, &mut said);
+    let mut speech = Speech::new(netlist);
+    let mut message = |now: u64, number: usize, text: &str| speech.say(&scenario.monitors[number], now, text);
     let mut control = Control {
         message: &mut message,
         interrupt: interrupt::flag(),
@@ -171,6 +170,7 @@ fn engine(
     };
     let outcome = crate::scenario::run_with(netlist, scenario, &mut *engine, feed, sink, &mut control);
     progress.clear();
+    speech.end_line();
     outcome.map_err(|e| match e {
         RunError::Unsettled(u) => {
             let mut told = Diagnostics::new();

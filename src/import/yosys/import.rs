@@ -14,7 +14,7 @@ use indexmap::IndexMap;
 
 use super::cells::{self, Type};
 use super::file::{self, Cell, File, Module, Net, Port, Term};
-use super::monitor::Monitor;
+use super::monitor::{Monitor, ordered};
 use super::origin::Origins;
 use crate::Value;
 use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Span};
@@ -132,6 +132,7 @@ pub fn import(
     let (parameters, simulation) = (std::mem::take(&mut import.parameters), import.simulation.take());
     let Import { builder, diagnostics: told, monitors, origins, full, .. } = import;
     diagnostics.append(told);
+    let monitors = ordered(monitors);
     result.filter(|_| !full).map(|span| Imported { builder, origins, monitors, span, parameters, simulation })
 }
 

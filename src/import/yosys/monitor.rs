@@ -3,8 +3,10 @@
 //! Each watches signals of the netlist. Those that wait for a clock edge have flip-flops that sample what they say at it,
 //! as all others do, and a counter of the edges.
 
+use std::cmp::Reverse;
+
 use super::format::{Piece, render};
-use crate::netlist::SignalId;
+use crate::netlist::{ScopeId, SignalId};
 use crate::{Logic, Value};
 
 /// What a cell is for.
@@ -46,6 +48,26 @@ pub struct Monitor {
     pub signal: SignalId,
     /// What it says.
     pub format: Vec<Piece>,
+    /// The scope of its module, and its place in it: of those that act together the higher comes first.
+    pub scope: ScopeId,
+    pub priority: i64,
+    /// The number at the end of its name, by which Yosys tells cells of one line apart.
+    pub number: Option<u64>,
+}
+
+/// Monitors in the order in which they speak when they act at one tick: module by module, by descending priority, as Yosys
+/// defines it. Yosys counts priorities anew in each process, so where one comes twice, process comes after process: the
+/// numbers at the ends of names go up through the source, and a priority that does not go down begins the next one.
+pub fn ordered(mut monitors: Vec<Monitor>) -> Vec<Monitor> {
+    monitors.sort_by_key(|m| m.scope);
+    for list in monitors.chunk_by_mut(|a, b| a.scope == b.scope) {
+        list.sort_by_key(|m| Reverse(m.priority));
+        let once = list.windows(2).all(|pair| pair[0].priority != pair[1].priority || pair[0].name == pair[1].name);
+        if !once && list.iter().all(|m| m.number.is_some()) {
+            list.sort_by_key(|m| m.number);
+        }
+    }
+    monitors
 }
 
 /// What has become of a check so far.
@@ -68,7 +90,7 @@ impl Monitor {
             When::Edge(counter) => {
                 let edges = value(counter);
                 let before = seen.edges.replace(edges.clone());
-                before.is_some_and(|b| b != edges)
+                before.map_or(edges.to_u64() != Some(0), |b| b != edges)
             }
         };
         seen.value = Some(now.clone());

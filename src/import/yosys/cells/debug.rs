@@ -48,7 +48,10 @@ fn watch(s: &mut Site, flavor: Flavor, when: When, bus: &Bus, format: Vec<format
     let signal = signal(s, "watch", bus.clone());
     let source = s.cell.source.map(|t| s.import.file.terms.text(t).to_string());
     let name = s.import.builder.path(s.here.scope, &s.cell.name);
-    s.import.monitors.push(Monitor { flavor, name, source, when, signal, format });
+    let priority = s.sized("PRIORITY", 32).to_u64().map_or(0, |n| i64::from(n as u32 as i32));
+    let number = s.cell.name.rsplit_once('$').and_then(|(_, number)| number.parse().ok());
+    let scope = s.here.scope;
+    s.import.monitors.push(Monitor { flavor, name, source, when, signal, format, scope, priority, number });
 }
 
 fn formatted(s: &mut Site, flavor: Flavor) -> Result<(), Fault> {
