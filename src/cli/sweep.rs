@@ -69,7 +69,8 @@ fn sweep(args: &SweepArgs, path: &Path, out: &mut Out) -> Result<Status, CliErro
     let mut axes = Vec::new();
     for over in &args.over {
         let signal = netlist.find(&over.net).ok_or_else(|| usage(&format!("the circuit has no net `{}`", over.net)))?;
-        axes.push(over.values(netlist.signal(signal).width).map_err(|e| usage(&e))?);
+        let of = netlist.signal(signal);
+        axes.push(over.values(of.width, of.signed).map_err(|e| usage(&e))?);
         swept.push(signal);
     }
     let mut plan = Plan::new(axes).map_err(|e| usage(&e))?;

@@ -170,8 +170,8 @@ impl Scenario {
                 continue;
             }
             let value = value.as_ref();
-            if let (Some((net, width)), Some(value)) = (r.input(name), value) {
-                scenario.inputs.extend(r.value(value, width).map(|v| (net, v)));
+            if let (Some((net, signal)), Some(value)) = (r.input(name), value) {
+                scenario.inputs.extend(r.given(value, signal).map(|v| (net, v)));
             }
         }
         for stimulus in simulation.changes() {
@@ -197,7 +197,8 @@ impl Scenario {
             scenario.checks.extend(TimingCheck::resolve(&mut r, name, check));
         }
         for expect in simulation.expect.iter().flatten().filter_map(Recover::as_ref) {
-            scenario.expect.extend(r.expect(expect, simulation, &scenario.checks));
+            let expectation = r.expect(expect, simulation, &scenario);
+            scenario.expect.extend(expectation);
         }
         // what is faulty may be what drives them
         let all_whole = |s: &Stimuli| s.changes().iter().all(|s| s.as_ref().is_some());
@@ -254,8 +255,8 @@ impl Resolver<'_> {
         found
     }
 
-    /// The net that drives an input, and its width.
-    fn input(&mut self, name: &Name) -> Option<(NetId, u32)> {
+    /// The net that drives an input, and its signal.
+    fn input(&mut self, name: &Name) -> Option<(NetId, SignalId)> {
         let id = self.signal(name)?;
         let signal = self.netlist.signal(id);
         if signal.drive.is_none() {
@@ -265,7 +266,13 @@ impl Resolver<'_> {
                 .at(name.span, "the circuit drives it itself");
             self.diagnostics.push(fault.note(format!("the inputs are {}", inputs.join(", "))));
         }
-        Some((signal.drive?, signal.width))
+        Some((signal.drive?, id))
+    }
+
+    /// A value that an input is set to.
+    fn given(&mut self, text: &ValueText, signal: SignalId) -> Option<Value> {
+        let signal = self.netlist.signal(signal);
+        self.ok(text.given(signal.width, signal.signed))
     }
 
     fn value(&mut self, text: &ValueText, width: u32) -> Option<Value> {
@@ -321,8 +328,8 @@ impl Resolver<'_> {
                     Diagnostic::new(Code::BadScenario, format!("`{}` is a clock", name.value))
                         .at(name.span, "a stimulus cannot set it"),
                 );
-            } else if let Some((net, width)) = self.input(name) {
-                sets.extend(self.value(value, width).map(|v| (net, v)));
+            } else if let Some((net, signal)) = self.input(name) {
+                sets.extend(self.given(value, signal).map(|v| (net, v)));
             }
         }
         sets

@@ -113,17 +113,17 @@ impl Over {
         }
     }
 
-    /// The values for an input of so many bits.
+    /// The values for an input of so many bits, which takes negative numbers if it is `signed`.
     ///
     /// # Errors
-    /// A value that does not fit, or an input of more than 64 bits.
-    pub fn values(&self, width: u32) -> Result<Axis, PlanError> {
+    /// A value that does not fit or is negative without a sign, or an input of more than 64 bits.
+    pub fn values(&self, width: u32, signed: bool) -> Result<Axis, PlanError> {
         let fault = |why: String| PlanError(format!("`{}`: {why}", self.net));
         if width > 64 {
             return Err(fault(format!("an input of {width} bits cannot be swept, 64 are the most")));
         }
         let word = |text: &str| {
-            let value = Value::for_width(text, width).map_err(|e| fault(format!("`{text}`: {e}")))?;
+            let value = Value::given(text, width, signed).map_err(|e| fault(format!("`{text}`: {e}")))?;
             Ok(value.words().next().unwrap_or_default())
         };
         match &self.values {
@@ -315,7 +315,7 @@ mod tests {
     use super::*;
 
     fn plan(overs: &[&str], width: u32) -> Plan {
-        let axes = overs.iter().map(|o| o.parse::<Over>().unwrap().values(width).unwrap());
+        let axes = overs.iter().map(|o| o.parse::<Over>().unwrap().values(width, true).unwrap());
         Plan::new(axes.collect()).unwrap()
     }
 
@@ -339,10 +339,10 @@ mod tests {
         }
         assert_eq!(fault("a=5..3"), "the range is empty: 3 is below 5");
         assert_eq!(fault("a=1..9..0"), "the step is a number of 1 or more");
-        let wide = "a=0..16".parse::<Over>().unwrap().values(4).unwrap_err().to_string();
+        let wide = "a=0..16".parse::<Over>().unwrap().values(4, true).unwrap_err().to_string();
         assert!(wide.starts_with("`a`: `16`: "), "{wide}");
-        assert!("a=0..1".parse::<Over>().unwrap().values(65).is_err());
-        let many = "a=0..4294967296".parse::<Over>().unwrap().values(40).unwrap();
+        assert!("a=0..1".parse::<Over>().unwrap().values(65, true).is_err());
+        let many = "a=0..4294967296".parse::<Over>().unwrap().values(40, true).unwrap();
         assert!(Plan::new(vec![many.clone(), many]).is_err());
         for text in ["0/4", "5/4", "1", "a/b", "1/0"] {
             assert!(text.parse::<Shard>().is_err(), "{text}");

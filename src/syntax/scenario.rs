@@ -157,7 +157,8 @@ pub struct Expect {
     pub value: Option<ValueText>,
     /// The time at which it has the value, by default the end; of a check, the time of its first violation.
     pub at: Option<TimeText>,
-    /// How many times bit 0 of it rose from 0 to 1; or `value`.
+    /// How many times bit 0 of it rose from 0 to 1, an expression in parameters and in what inputs are at the start; or
+    /// `value`.
     pub pulses: Option<Expr>,
     /// A timing check that is to be violated.
     pub check: Option<Name>,
@@ -196,6 +197,20 @@ impl ValueText {
     #[must_use]
     pub fn span(&self) -> Span {
         self.span
+    }
+
+    /// The value for an input of `width` bits, which takes negative numbers if it is `signed`.
+    ///
+    /// # Errors
+    /// If the text is not a value, does not fit, or is negative where there is no sign.
+    pub fn given(&self, width: u32, signed: bool) -> Result<Value, Diagnostic> {
+        let value = self.value(width)?;
+        Value::given(&self.text, width, signed).map(|_| value).map_err(|e| {
+            let what = format!("for {width} bit{} without a sign", if width == 1 { "" } else { "s" });
+            Diagnostic::new(Code::BadValue, e.to_string()).at(self.span, what).help(format!(
+                "write a bit pattern as in {width}'b1…, or declare the port with `\"signed\": true` if it carries signed numbers"
+            ))
+        })
     }
 
     /// The value for a net of `width` bits.

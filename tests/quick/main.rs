@@ -12,6 +12,7 @@ mod cli_stats;
 mod compare;
 mod docs;
 mod draw;
+mod given;
 mod hierarchy;
 mod machine;
 mod plot;

@@ -100,6 +100,34 @@ impl Value {
     }
 }
 
+impl Value {
+    /// Reads a value that is given to a net of `width` bits, as [`for_width`](Value::for_width) does; one that has no sign
+    /// takes no negative number.
+    ///
+    /// ```
+    /// # use discreta_core as discreta;
+    /// use discreta::Value;
+    /// assert_eq!(Value::given("-7", 8, true).unwrap().to_i64(), Some(-7));
+    /// let told = Value::given("-7", 8, false).unwrap_err().to_string();
+    /// assert_eq!(told, "-7 is negative, and this takes numbers without a sign (0 to 255)");
+    /// ```
+    ///
+    /// # Errors
+    /// If the text is not a literal, does not fit the width, or is negative where there is no sign.
+    pub fn given(text: &str, width: u32, signed: bool) -> Result<Value, LiteralError> {
+        let value = Value::for_width(text, width)?;
+        let negative = text.trim().starts_with('-') && value.bits().any(|bit| bit == Logic::One);
+        if signed || !negative {
+            return Ok(value);
+        }
+        let most = match width {
+            ..=64 => super::word::mask(width).to_string(),
+            _ => format!("2^{width} - 1"),
+        };
+        err(format!("{} is negative, and this takes numbers without a sign (0 to {most})", text.trim()))
+    }
+}
+
 /// Reads a sized Verilog literal: `<width>'<b|o|d|h><digits>`, with `_` between digits, `x`, `z` and `?` (z).
 /// Missing high digits are 0, or x or z if the first digit is.
 impl FromStr for Value {

@@ -48,8 +48,9 @@ pub struct Monitor {
     pub signal: SignalId,
     /// What it says.
     pub format: Vec<Piece>,
-    /// The scope of its module, and its place in it: of those that act together the higher comes first.
+    /// The scope of its module.
     pub scope: ScopeId,
+    /// Its priority among these.
     pub priority: i64,
     /// The number at the end of its name, by which Yosys tells cells of one line apart.
     pub number: Option<u64>,

@@ -1,7 +1,9 @@
 //! What is expected of a run.
 
-use super::{Expectation, Resolver, Rule};
+use super::{Expectation, Resolver, Rule, Scenario};
+use crate::Value;
 use crate::diag::{Code, Diagnostic};
+use crate::netlist::NetId;
 use crate::scenario::TimingCheck;
 use crate::syntax::scenario::{Expect, Simulation, ValueText};
 use crate::syntax::{Expr, Name};
@@ -10,6 +12,35 @@ impl Resolver<'_> {
     /// A number of times.
     fn count(&mut self, expr: &Expr, what: &str) -> Option<u64> {
         let n = self.number(expr)?;
+        self.times(n, expr, what)
+    }
+
+    /// A number of times that may depend on what the inputs are at the start.
+    fn count_of(&mut self, expr: &Expr, simulation: &Simulation, inputs: &[(NetId, Value)], what: &str) -> Option<u64> {
+        let mut names = self.circuit.parameters.clone();
+        for name in expr.names() {
+            let Some(signal) = self.netlist.find(name).filter(|_| !names.contains_key(name)) else { continue };
+            let signal = self.netlist.signal(signal);
+            let Some(drive) = signal.drive else { continue };
+            let Some(value) = inputs.iter().find(|i| i.0 == drive).map(|i| &i.1) else {
+                if simulation.inputs.contains_key(name) {
+                    return None; // its fault has been told
+                }
+                let message = format!("the input `{name}` has no value at the start");
+                return self.fault(Diagnostic::new(Code::BadScenario, message).at(expr.span(), "depends on it"));
+            };
+            let number = if signal.signed { value.to_i64() } else { value.to_u64().and_then(|n| n.try_into().ok()) };
+            let Some(number) = number else {
+                let message = format!("`{name}` is {value} at the start, which is no number here");
+                return self.fault(Diagnostic::new(Code::BadScenario, message).at(expr.span(), "depends on it"));
+            };
+            names.insert(name.to_owned(), number);
+        }
+        let n = self.ok(expr.eval(&names))?;
+        self.times(n, expr, what)
+    }
+
+    fn times(&mut self, n: i64, expr: &Expr, what: &str) -> Option<u64> {
         let Ok(n) = u64::try_from(n) else {
             let message = format!("there cannot be {n} {what}");
             return self.fault(Diagnostic::new(Code::BadScenario, message).at(expr.span(), ""));
@@ -52,10 +83,10 @@ impl Resolver<'_> {
         &mut self,
         expect: &Expect,
         simulation: &Simulation,
-        checks: &[TimingCheck],
+        scenario: &Scenario,
     ) -> Option<Expectation> {
         if let Some(name) = &expect.check {
-            return self.violated(name, expect, simulation, checks);
+            return self.violated(name, expect, simulation, &scenario.checks);
         }
         let net = expect.net.as_ref()?;
         let signal = self.signal(net)?;
@@ -67,7 +98,7 @@ impl Resolver<'_> {
             };
             Rule::Value(at, self.value(value, width)?)
         } else {
-            Rule::Pulses(self.count(expect.pulses.as_ref()?, "pulses")?)
+            Rule::Pulses(self.count_of(expect.pulses.as_ref()?, simulation, &scenario.inputs, "pulses")?)
         };
         let span = expect.value.as_ref().map_or(net.span, ValueText::span);
         Some(Expectation { signal, rule, span })

@@ -1,8 +1,6 @@
 //! What happens while a circuit first settles is no edge, and every change after that is one: every kind of storage, either
 //! edge, clocks of every making, at every level that they may begin with; on all engines, and on Icarus as exported.
 
-mod support;
-
 use std::path::Path;
 use std::sync::Arc;
 
@@ -12,7 +10,9 @@ use discreta::cell::{Accumulator, CellKind, Clock, Counter, Edge, Flop, GateOp, 
 use discreta::netlist::{Builder, Bus, Netlist};
 use needs::needs;
 use serde_json::json;
-use support::tool::tool;
+
+use crate::support;
+use crate::support::tool::tool;
 
 fn flop(edge: Edge, width: u32, init: &str) -> Box<Flop> {
     let value = |n| Value::from_u64(n, width);
