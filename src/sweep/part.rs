@@ -44,7 +44,7 @@ impl Part {
         if overs.len() != self.inputs.len() {
             return Err(format!("it has the widths of {} inputs for {}", self.inputs.len(), overs.len()));
         }
-        let axes = overs.iter().zip(&self.inputs).map(|(over, &(width, _))| over.values(width));
+        let axes = overs.iter().zip(&self.inputs).map(|(over, &(width, signed))| over.values(width, signed));
         let plan = axes.collect::<Result<_, _>>().and_then(Plan::new);
         let plan = plan.and_then(|plan| match self.sample {
             Some((count, seed)) => plan.sample(count, seed),
