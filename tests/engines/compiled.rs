@@ -26,7 +26,7 @@ struct Pair<'n> {
 impl<'n> Pair<'n> {
     fn new(netlist: &'n Netlist, chunk: usize, observed: impl Fn(NetId) -> bool) -> Pair<'n> {
         let mut event = EventEngine::new(netlist);
-        let mut compiled = CompiledEngine::with_chunk(netlist, chunk).unwrap();
+        let mut compiled = CompiledEngine::with_partition_size(netlist, chunk).unwrap();
         for net in netlist.net_ids().filter(|&n| observed(n)) {
             event.observe(net);
             compiled.observe(net);

@@ -17,7 +17,7 @@ fn to(engine: &mut dyn Engine, tick: u64) {
 fn compare(label: &str, netlist: &Netlist, clock: &str, observes: bool, chunk: Option<usize>, bursts: usize) -> u64 {
     let mut rng = Rng::named(label);
     let engine = match chunk {
-        Some(chunk) => CompiledEngine::with_chunk(netlist, chunk),
+        Some(chunk) => CompiledEngine::with_partition_size(netlist, chunk),
         None => CompiledEngine::new(netlist),
     };
     let (mut event, mut compiled) = (EventEngine::new(netlist), engine.unwrap());

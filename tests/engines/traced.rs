@@ -114,7 +114,7 @@ fn random(seed: u64, totals: &mut [u64; 5]) {
         scenario.until = Some((signal, rng.known(netlist.signal(signal).width)));
     }
     let expected = vcd(&netlist, &scenario, &mut EventEngine::new(&netlist), false);
-    let mut compiled = CompiledEngine::with_chunk(&netlist, *rng.pick(&[1, 30, 1000])).unwrap();
+    let mut compiled = CompiledEngine::with_partition_size(&netlist, *rng.pick(&[1, 30, 1000])).unwrap();
     assert_eq!(vcd(&netlist, &scenario, &mut compiled, false), expected, "seed {seed}");
     totals[1] += 1;
     totals[2] += expected.1.lines().count() as u64;

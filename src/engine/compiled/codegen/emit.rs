@@ -1,4 +1,4 @@
-//! From operations to those of the code generator: a chunk as one straight line on values, given where the memory begins.
+//! From operations to those of the code generator: a partition as one straight line on values.
 
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::{InstBuilder, MemFlagsData, Value, types};
@@ -7,17 +7,17 @@ use cranelift_frontend::FunctionBuilder;
 use crate::compiled::codegen::{Shared, dirty_bit};
 use crate::compiled::ir::graph::{Graph, Id, Map, Op};
 use crate::compiled::ir::places::{PlaneWord, Slot};
-use crate::compiled::ir::plan::{Chunk, Plan};
+use crate::compiled::ir::schedule::{Partition, Schedule};
 use crate::compiled::ir::stores::Put;
 use crate::compiled::ir::stores::Store;
-use crate::compiled::passes::outline::Data;
+use crate::compiled::passes::merge::Data;
 
 /// Operations after which what is in memory is brought again.
 const WINDOW: u32 = 12;
 
 pub(crate) struct Emit<'a, 'b> {
     graph: &'a Graph,
-    plan: &'a Plan,
+    schedule: &'a Schedule,
     pub builder: &'a mut FunctionBuilder<'b>,
     /// Where memory begins.
     pub base: Value,
@@ -28,9 +28,9 @@ pub(crate) struct Emit<'a, 'b> {
     made: u32,
     /// Comparisons as the machine gives them.
     flags: Map<Id, Value>,
-    /// The nodes of the chunk that are not there yet, and about how many registers each takes.
+    /// The nodes of the partition that are not there yet, and about how many registers each takes.
     pending: Map<Id, u32>,
-    /// How many have still to read a half as it was.
+    /// How many have still to read a plane word as it was.
     readers: Map<PlaneWord, u32>,
     /// Halves that nobody has to read any more.
     read: Vec<PlaneWord>,
@@ -40,7 +40,7 @@ pub(crate) struct Emit<'a, 'b> {
 /// What has been found to have changed.
 #[derive(Default)]
 struct Marks {
-    alarm: Option<Value>,
+    guard: Option<Value>,
     dirty: Map<u32, Value>,
     changed: Map<u32, Value>,
 }
@@ -49,10 +49,10 @@ pub(crate) fn trusted() -> MemFlagsData {
     MemFlagsData::trusted()
 }
 
-/// About how many registers it takes to have each node of a chunk: Sethi and Ullman's numbers, as if none was used twice.
-fn registers(graph: &Graph, chunk: &Chunk) -> Map<Id, u32> {
+/// About how many registers it takes to have each node of a partition: Sethi and Ullman's numbers, as if none was used twice.
+fn registers(graph: &Graph, partition: &Partition) -> Map<Id, u32> {
     let mut all: Map<Id, u32> = Map::default();
-    for &node in &chunk.nodes {
+    for &node in &partition.nodes {
         let mut below: Vec<u32> = graph.op(node).operands().map(|o| all.get(&o).copied().unwrap_or_default()).collect();
         below.sort_unstable_by_key(|&n| std::cmp::Reverse(n));
         let most = below.iter().zip(0..).map(|(n, kept)| n + kept).max();
@@ -64,10 +64,10 @@ fn registers(graph: &Graph, chunk: &Chunk) -> Map<Id, u32> {
 impl<'a, 'b> Emit<'a, 'b> {
     pub fn new(
         graph: &'a Graph,
-        plan: &'a Plan,
+        schedule: &'a Schedule,
         builder: &'a mut FunctionBuilder<'b>,
         base: Value,
-        chunk: &Chunk,
+        partition: &Partition,
     ) -> Emit<'a, 'b> {
         let mut readers: Map<PlaneWord, u32> = Map::default();
         let mut reads = |node: Id| {
@@ -75,18 +75,18 @@ impl<'a, 'b> Emit<'a, 'b> {
                 *readers.entry(plane).or_default() += 1;
             }
         };
-        chunk.nodes.iter().for_each(|&n| graph.op(n).operands().for_each(&mut reads));
-        chunk.stores.iter().map(|s| s.node).chain(chunk.puts.iter().flat_map(Put::nodes)).for_each(reads);
+        partition.nodes.iter().for_each(|&n| graph.op(n).operands().for_each(&mut reads));
+        partition.stores.iter().map(|s| s.node).chain(partition.puts.iter().flat_map(Put::nodes)).for_each(reads);
         Emit {
             graph,
-            plan,
+            schedule,
             builder,
             base,
             moved: None,
             values: Map::default(),
             made: 0,
             flags: Map::default(),
-            pending: registers(graph, chunk),
+            pending: registers(graph, partition),
             readers,
             read: Vec::new(),
             stack: Vec::new(),
@@ -98,20 +98,20 @@ impl<'a, 'b> Emit<'a, 'b> {
         Emit { moved: Some((data, bases)), ..self }
     }
 
-    /// Where memory begins for a half.
+    /// Where memory begins for a plane word.
     fn begin(&self, plane: PlaneWord) -> Value {
         self.moved.map_or(self.base, |(data, bases)| bases[data.base.get(&plane).copied().unwrap_or_default()])
     }
 
-    /// Emits all operations of a chunk.
-    pub fn all(&mut self, chunk: &Chunk) {
-        chunk.nodes.iter().for_each(|&node| _ = self.need(node));
+    /// Emits all operations of a partition.
+    pub fn all(&mut self, partition: &Partition) {
+        partition.nodes.iter().for_each(|&node| _ = self.need(node));
     }
 
-    /// Emits what a chunk must not go on for; returns what is not 0 then, if that can be.
-    pub fn aborts(&mut self, chunk: &Chunk) -> Option<Value> {
-        let aborts: Vec<Value> = chunk.aborts.iter().map(|&a| self.need(a)).collect();
-        aborts.into_iter().reduce(|a, b| self.builder.ins().bor(a, b))
+    /// Emits what a partition must not go on for; returns what is not 0 then, if that can be.
+    pub fn bail_outs(&mut self, partition: &Partition) -> Option<Value> {
+        let bail_outs: Vec<Value> = partition.bail_outs.iter().map(|&a| self.need(a)).collect();
+        bail_outs.into_iter().reduce(|a, b| self.builder.ins().bor(a, b))
     }
 
     /// Emits a node with all below it that is not there yet, first what takes most registers.
@@ -148,13 +148,13 @@ impl<'a, 'b> Emit<'a, 'b> {
         }
     }
 
-    /// Emits the rest of the operations of a chunk and what it stores; returns what is not 0 where an observed net has
-    /// changed or the alarm is raised, if either can be. State is stored as soon as all that reads what it was has it: few
+    /// Emits the rest of the operations of a partition and what it stores; returns what is not 0 where an observed net has
+    /// changed or the guard is raised, if either can be. State is stored as soon as all that reads what it was has it: few
     /// values are alive at a time.
-    pub fn stores(&mut self, number: u32, chunk: &Chunk, shared: Shared) -> Option<Value> {
+    pub fn stores(&mut self, number: u32, partition: &Partition, shared: Shared) -> Option<Value> {
         let mut marks = Marks::default();
         let mut waiting: Map<PlaneWord, (usize, Value)> = Map::default();
-        for (at, store) in chunk.stores.iter().enumerate() {
+        for (at, store) in partition.stores.iter().enumerate() {
             let value = self.need(store.node);
             self.has_read(store.node);
             waiting.insert(store.plane, (at, value));
@@ -163,27 +163,27 @@ impl<'a, 'b> Emit<'a, 'b> {
             }
             while let Some(plane) = self.read.pop() {
                 if let Some((at, value)) = waiting.remove(&plane) {
-                    self.store(number, &chunk.stores[at], value, &mut marks);
+                    self.store(number, &partition.stores[at], value, &mut marks);
                 }
             }
         }
-        chunk.puts.iter().flat_map(Put::nodes).for_each(|node| _ = self.need(node));
+        partition.puts.iter().flat_map(Put::nodes).for_each(|node| _ = self.need(node));
         // elements are read before anything is written to memories
-        self.all(chunk);
-        chunk.puts.iter().for_each(|put| self.put(put));
+        self.all(partition);
+        partition.puts.iter().for_each(|put| self.put(put));
         let mut rest: Vec<(usize, Value)> = waiting.into_values().collect();
         rest.sort_unstable();
-        rest.into_iter().for_each(|(at, value)| self.store(number, &chunk.stores[at], value, &mut marks));
+        rest.into_iter().for_each(|(at, value)| self.store(number, &partition.stores[at], value, &mut marks));
         self.marks(marks, shared)
     }
 
     fn store(&mut self, number: u32, store: &Store, value: Value, marks: &mut Marks) {
         let (begin, offset) = (self.begin(store.plane), offset(store.plane));
-        if store.alarm {
-            marks.alarm = Some(marks.alarm.map_or(value, |a| self.builder.ins().bor(a, value)));
+        if store.guard {
+            marks.guard = Some(marks.guard.map_or(value, |a| self.builder.ins().bor(a, value)));
         }
         if store.again {
-            let (word, bit) = dirty_bit(self.plan.settling, number);
+            let (word, bit) = dirty_bit(self.schedule.settling, number);
             let none = self.builder.ins().iconst(types::I64, 0);
             let some = self.builder.ins().iconst(types::I64, bit as i64);
             let mark = self.builder.ins().select(value, some, none);
@@ -198,8 +198,8 @@ impl<'a, 'b> Emit<'a, 'b> {
         let differs = self.builder.ins().icmp(IntCC::NotEqual, old, value);
         self.builder.ins().store(trusted(), value, begin, offset);
         let mut bits: Vec<(u32, u64, bool)> = Vec::new();
-        for &chunk in &store.wakes {
-            let (word, bit) = dirty_bit(self.plan.settling, chunk);
+        for &partition in &store.wakes {
+            let (word, bit) = dirty_bit(self.schedule.settling, partition);
             match bits.iter_mut().find(|m| m.0 == word) {
                 Some(mark) => mark.1 |= bit,
                 None => bits.push((word, bit, false)),
@@ -218,13 +218,13 @@ impl<'a, 'b> Emit<'a, 'b> {
     }
 
     fn marks(&mut self, marks: Marks, shared: Shared) -> Option<Value> {
-        let Marks { alarm, dirty, changed } = marks;
-        let news = changed.values().copied().chain(alarm);
+        let Marks { guard, dirty, changed } = marks;
+        let news = changed.values().copied().chain(guard);
         let mut news: Vec<Value> = news.collect();
         news.sort_unstable();
         let news = news.into_iter().reduce(|a, b| self.builder.ins().bor(a, b));
         let mut marks: Vec<(PlaneWord, Value)> = Vec::new();
-        marks.extend(alarm.map(|value| (shared.alarm, value)));
+        marks.extend(guard.map(|value| (shared.guard, value)));
         marks.extend(dirty.into_iter().map(|(word, value)| (shared.dirty + word, value)));
         marks.extend(changed.into_iter().map(|(word, value)| (shared.changed + word, value)));
         marks.sort_unstable_by_key(|m| m.0);
@@ -236,7 +236,7 @@ impl<'a, 'b> Emit<'a, 'b> {
         news
     }
 
-    /// A node's value, brought from memory if another chunk computes it. What is in memory is brought again where it was
+    /// A node's value, brought from memory if another partition computes it. What is in memory is brought again where it was
     /// used long ago, and constants are made at each use: registers are few.
     pub fn value(&mut self, id: Id) -> Value {
         if let Some(&(value, at)) = self.values.get(&id)
@@ -253,7 +253,7 @@ impl<'a, 'b> Emit<'a, 'b> {
                     None => return self.builder.ins().iconst(types::I64, n as i64),
                 },
                 Op::Load(plane) => plane,
-                _ => self.plan.place[&id],
+                _ => self.schedule.place[&id],
             };
             let begin = self.begin(plane);
             (self.builder.ins().load(types::I64, trusted(), begin, offset(plane)), self.made)
@@ -378,7 +378,7 @@ impl<'a, 'b> Emit<'a, 'b> {
     }
 }
 
-/// Where half a slot lies, in bytes.
+/// Where a plane word lies, in bytes.
 pub(crate) fn offset(plane: PlaneWord) -> i32 {
     i32::try_from(plane.index() * 8).expect("memory is smaller than that: the engine sees to it")
 }

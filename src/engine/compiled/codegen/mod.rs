@@ -1,4 +1,4 @@
-//! From chunks to machine code, through Cranelift. A chunk becomes a function of one straight line that is given where
+//! From partitions and edges to machine code, through Cranelift: each becomes a function of one straight line that is given where
 //! the memory begins.
 
 mod emit;
@@ -16,34 +16,34 @@ use cranelift_module::{FuncId, Linkage, Module, default_libcall_names};
 
 use crate::compiled::CompileError;
 use crate::compiled::codegen::emit::{Emit, offset, trusted};
-use crate::compiled::codegen::machine::{Circle, Machine};
+use crate::compiled::codegen::machine::{EdgeLoop, Machine};
 use crate::compiled::ir::graph::{Graph, Map};
 use crate::compiled::ir::places::PlaneWord;
-use crate::compiled::ir::plan::{Chunk, Plan};
-use crate::compiled::passes::edge::Tick;
-use crate::compiled::passes::outline::{Same, same};
-use crate::compiled::passes::split::split;
+use crate::compiled::ir::schedule::{Partition, Schedule};
+use crate::compiled::passes::edge::EdgeCode;
+use crate::compiled::passes::merge::{Merged, merge};
+use crate::compiled::passes::outline::outline;
 
-/// Where the generated code finds what it shares with the engine, in halves of slots.
+/// Where the generated code finds what it shares with the engine, in plane words.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Shared {
     /// Set to what is unknown of state that is taken to be known.
-    pub alarm: PlaneWord,
+    pub guard: PlaneWord,
     /// A bit for each observed net.
     pub changed: PlaneWord,
-    /// A bit for each settling chunk, from a new half on one for each other chunk.
+    /// A bit for each settling partition, from a new plane word on one for each other partition.
     pub dirty: PlaneWord,
-    /// Where ticks write down what has changed: see `changes`.
+    /// Where edges write down what has changed: see `changes`.
     pub log: Option<PlaneWord>,
 }
 
-/// The half and the bit that wake a chunk.
-pub(crate) fn dirty_bit(settling: usize, chunk: u32) -> (u32, u64) {
-    let chunk = chunk as usize;
-    let (word, bit) = if chunk < settling {
-        (chunk / 64, chunk % 64)
+/// The plane word, from the first of all these, and the bit that wake a partition.
+pub(crate) fn dirty_bit(settling: usize, partition: u32) -> (u32, u64) {
+    let partition = partition as usize;
+    let (word, bit) = if partition < settling {
+        (partition / 64, partition % 64)
     } else {
-        (settling.div_ceil(64) + (chunk - settling) / 64, (chunk - settling) % 64)
+        (settling.div_ceil(64) + (partition - settling) / 64, (partition - settling) % 64)
     };
     (word as u32, 1 << bit)
 }
@@ -123,14 +123,14 @@ pub(crate) fn available() -> Result<(), CompileError> {
     AVAILABLE.get_or_init(attempt).clone().map_err(|why| CompileError::Unavailable { reason: why.to_string() })
 }
 
-/// Compiles the chunks of a plan.
-pub(crate) fn compile(graph: &Graph, plan: &Plan, shared: Shared) -> Result<Machine, CompileError> {
+/// Compiles the partitions of a plan.
+pub(crate) fn compile(graph: &Graph, schedule: &Schedule, shared: Shared) -> Result<Machine, CompileError> {
     let mut compiler = Compiler::new()?;
     let mut ids = Vec::new();
-    for (number, chunk) in plan.chunks.iter().enumerate() {
+    for (number, partition) in schedule.partitions.iter().enumerate() {
         let id = compiler.define(&format!("chunk{number}"), 1, 0, |_, builder, arguments| {
-            let mut emit = Emit::new(graph, plan, builder, arguments[0], chunk);
-            emit.stores(number as u32, chunk, shared);
+            let mut emit = Emit::new(graph, schedule, builder, arguments[0], partition);
+            emit.stores(number as u32, partition, shared);
             builder.ins().return_(&[]);
         })?;
         ids.push(id);
@@ -139,54 +139,54 @@ pub(crate) fn compile(graph: &Graph, plan: &Plan, shared: Shared) -> Result<Mach
     Ok(Machine::new(module, functions))
 }
 
-/// Nodes up to which a tick that writes down what it changes can be compiled: it is one function.
+/// Nodes up to which an edge that writes down what it changes can be compiled: it is one function.
 const TRACED: usize = 20_000;
 
-/// Nodes up to which a tick in pieces can be compiled, those of pieces that are alike counted once.
+/// Nodes up to which an edge in pieces can be compiled, those of pieces that are alike counted once.
 const OWN: usize = 100_000;
 
-/// Whether a tick is too long to be one function, where pieces are of about `piece` nodes.
-pub(crate) fn is_long(tick: &Chunk, piece: usize) -> bool {
+/// Whether an edge is too long to be one function, where pieces are of about `piece` nodes.
+pub(crate) fn is_long(edge: &Partition, piece: usize) -> bool {
     // what is made for a long run may take longer to make
-    let most = if tick.aborts.is_empty() { 2 } else { 8 };
-    tick.nodes.len() > most * piece
+    let most = if edge.bail_outs.is_empty() { 2 } else { 8 };
+    edge.nodes.len() > most * piece
 }
 
-/// Compiles ticks that follow each other in a circle. The code leaves it where an observed net has changed, or state that
-/// was taken to be known is not. A tick of more than some pieces of `piece` nodes is made of several functions: the time
+/// Compiles edges that follow each other in a loop. The code leaves it where an observed net has changed, or state that
+/// was taken to be known is not. An edge of more than some pieces of `piece` nodes is made of several functions: the time
 /// that one takes to be made grows faster than it does. `fresh` gives places in memory.
-pub(crate) fn compile_circle(
-    ticks: &[&Tick],
+pub(crate) fn compile_loop(
+    edges: &[&EdgeCode],
     piece: usize,
     shared: Shared,
     mut fresh: impl FnMut() -> PlaneWord,
-) -> Result<Circle, CompileError> {
+) -> Result<EdgeLoop, CompileError> {
     let mut compiler = Compiler::new()?;
     let mut made = Vec::new();
-    for (number, tick) in ticks.iter().enumerate() {
+    for (number, edge) in edges.iter().enumerate() {
         // what it writes down it does before it stores anything
         let whole = shared.log.is_some();
-        if whole && tick.chunk.nodes.len() > TRACED {
+        if whole && edge.partition.nodes.len() > TRACED {
             return Err(CompileError::FunctionTooLong);
         }
-        made.push(match !whole && is_long(&tick.chunk, piece) {
-            true => Some(Pieces::compile(&mut compiler, tick, number, piece, shared, &mut fresh)?),
+        made.push(match !whole && is_long(&edge.partition, piece) {
+            true => Some(Outlined::compile(&mut compiler, edge, number, piece, shared, &mut fresh)?),
             false => None,
         });
     }
-    let circle = compiler.define("circle", 2, 1, |module, builder, arguments| {
-        emit_circle(module, builder, ticks, &made, shared, arguments[0], arguments[1]);
+    let edge_loop = compiler.define("circle", 2, 1, |module, builder, arguments| {
+        emit_loop(module, builder, edges, &made, shared, arguments[0], arguments[1]);
     })?;
-    let (module, functions) = compiler.finish(&[circle])?;
-    Ok(Circle::new(module, functions[0], ticks.len() as u64))
+    let (module, functions) = compiler.finish(&[edge_loop])?;
+    Ok(EdgeLoop::new(module, functions[0], edges.len() as u64))
 }
 
-/// The circle of some ticks, those of pieces among them, round at most `most` times; returns how many ticks are left.
-fn emit_circle(
+/// The loop of some edges, those of pieces among them, round at most `most` times; returns how many edges are left.
+fn emit_loop(
     module: &mut JITModule,
     builder: &mut FunctionBuilder<'_>,
-    ticks: &[&Tick],
-    made: &[Option<Pieces>],
+    edges: &[&EdgeCode],
+    made: &[Option<Outlined>],
     shared: Shared,
     base: Value,
     most: Value,
@@ -200,9 +200,9 @@ fn emit_circle(
     }
     builder.ins().jump(header, &[most.into()]);
     builder.switch_to_block(header);
-    let plan = Plan::default();
-    let count = ticks.len() as i64;
-    for ((number, tick), pieces) in (1..).zip(ticks).zip(made) {
+    let schedule = Schedule::default();
+    let count = edges.len() as i64;
+    for ((number, edge), pieces) in (1..).zip(edges).zip(made) {
         let leave = |builder: &mut FunctionBuilder<'_>, flags: Option<Value>, made: i64| {
             let Some(flags) = flags else { return };
             let all = builder.ins().imul_imm_u(rounds, count);
@@ -215,16 +215,16 @@ fn emit_circle(
         let news = if let Some(pieces) = pieces {
             pieces.emit(module, builder, base, |builder, flags| leave(builder, flags, number - 1))
         } else {
-            let mut emit = Emit::new(&tick.graph, &plan, builder, base, &tick.chunk);
-            let aborts = emit.aborts(&tick.chunk);
-            leave(emit.builder, aborts, number - 1);
+            let mut emit = Emit::new(&edge.graph, &schedule, builder, base, &edge.partition);
+            let bail_outs = emit.bail_outs(&edge.partition);
+            leave(emit.builder, bail_outs, number - 1);
             if shared.log.is_some() {
-                emit.all(&tick.chunk);
+                emit.all(&edge.partition);
             }
             if let Some(log) = shared.log {
-                trace::emit(&mut emit, &tick.record, log);
+                trace::emit(&mut emit, &edge.record, log);
             }
-            emit.stores(0, &tick.chunk, shared)
+            emit.stores(0, &edge.partition, shared)
         };
         leave(builder, news, number);
     }
@@ -236,54 +236,54 @@ fn emit_circle(
     builder.ins().return_(&[left]);
 }
 
-/// A tick as several functions. Each is given where the memory begins, for each of its bases, and returns what is not 0
-/// where the circle is to be left.
-struct Pieces {
-    /// The function of each piece, and by how many halves its bases are moved.
+/// An edge as several functions. Each is given where the memory begins, for each of its bases, and returns what is not 0
+/// where the loop is to be left.
+struct Outlined {
+    /// The function of each piece, and by how many plane words its bases are moved.
     calls: Vec<(FuncId, Vec<i64>)>,
-    /// The last piece after which the tick may be left as if it had not begun.
+    /// The last piece after which the edge may bail out as if it had not begun.
     gate: Option<usize>,
     /// What the functions want in memory.
     constants: Vec<(PlaneWord, u64)>,
 }
 
-impl Pieces {
+impl Outlined {
     fn compile(
         compiler: &mut Compiler,
-        tick: &Tick,
+        edge: &EdgeCode,
         number: usize,
         piece: usize,
         shared: Shared,
         mut fresh: impl FnMut() -> PlaneWord,
-    ) -> Result<Pieces, CompileError> {
-        let plan = split(tick, piece, &mut fresh);
-        let Same { calls, data, constants } = same(&tick.graph, &plan, fresh);
-        let own = (0..).zip(&calls).zip(&plan.chunks).filter(|((at, call), _)| call.code == *at);
-        if own.map(|(_, chunk)| chunk.nodes.len()).sum::<usize>() > OWN {
+    ) -> Result<Outlined, CompileError> {
+        let schedule = outline(edge, piece, &mut fresh);
+        let Merged { calls, data, constants } = merge(&edge.graph, &schedule, fresh);
+        let own = (0..).zip(&calls).zip(&schedule.partitions).filter(|((at, call), _)| call.code == *at);
+        if own.map(|(_, partition)| partition.nodes.len()).sum::<usize>() > OWN {
             return Err(CompileError::FunctionTooLong);
         }
         let mut made: Vec<(FuncId, Vec<i64>)> = Vec::new();
-        for (at, (call, chunk)) in calls.into_iter().zip(&plan.chunks).enumerate() {
+        for (at, (call, partition)) in calls.into_iter().zip(&schedule.partitions).enumerate() {
             let id = if call.code < at {
                 made[call.code].0
             } else {
                 let name = format!("tick{number}_{at}");
                 compiler.define(&name, call.moved.len(), 1, |_, builder, bases| {
-                    let mut emit = Emit::new(&tick.graph, &plan, builder, bases[0], chunk).on(&data[at], bases);
+                    let mut emit = Emit::new(&edge.graph, &schedule, builder, bases[0], partition).on(&data[at], bases);
                     // one with aborts stores nothing but what it leaves for later pieces
-                    let aborts = emit.aborts(chunk);
-                    let news = emit.stores(0, chunk, shared).or(aborts);
+                    let bail_outs = emit.bail_outs(partition);
+                    let news = emit.stores(0, partition, shared).or(bail_outs);
                     let news = news.unwrap_or_else(|| builder.ins().iconst(types::I64, 0));
                     builder.ins().return_(&[news]);
                 })?
             };
             made.push((id, call.moved));
         }
-        let gate = plan.chunks.iter().rposition(|chunk| !chunk.aborts.is_empty());
-        Ok(Pieces { calls: made, gate, constants })
+        let gate = schedule.partitions.iter().rposition(|partition| !partition.bail_outs.is_empty());
+        Ok(Outlined { calls: made, gate, constants })
     }
 
-    /// Emits the calls of the pieces, and what is to be done after the last that may have the tick left.
+    /// Emits the calls of the pieces, and what is to be done after the last that may bail out.
     fn emit(
         &self,
         module: &mut JITModule,

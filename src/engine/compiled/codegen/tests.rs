@@ -1,9 +1,9 @@
 use super::*;
 use crate::compiled::ir::graph::{Id, Op};
-use crate::compiled::ir::interpreter::{Program, Random, run, run_plan, seeds};
+use crate::compiled::ir::interpreter::{Program, Random, run, run_schedule, seeds};
 use crate::compiled::ir::places::Slot;
-use crate::compiled::ir::plan::Root;
 use crate::compiled::ir::record::Record;
+use crate::compiled::ir::schedule::Root;
 use crate::compiled::passes::partition::partition;
 use crate::value::Word;
 
@@ -69,7 +69,7 @@ fn partitions_in_machine_code_do_what_is_interpreted() {
                         node,
                         plane: fresh(),
                         observed,
-                        alarm: false,
+                        guard: false,
                         shared,
                         group: None,
                         again: false,
@@ -79,28 +79,28 @@ fn partitions_in_machine_code_do_what_is_interpreted() {
                 .collect()
         };
         let (settling, sampled) = (roots(&mut r), roots(&mut r));
-        let plan = partition(g, &settling, &sampled, r.pick(&[1, 5, 30, 1000]), &mut fresh);
-        plan.chunks.iter().flat_map(|c| &c.nodes).for_each(|&n| kinds[kind(g.op(n))] += 1);
+        let schedule = partition(g, &settling, &sampled, r.pick(&[1, 5, 30, 1000]), &mut fresh);
+        schedule.partitions.iter().flat_map(|c| &c.nodes).for_each(|&n| kinds[kind(g.op(n))] += 1);
         let end = PlaneWord::at(next.next_multiple_of(2));
         let dirty = end + 4;
-        let shared = Shared { alarm: end, changed: end + 2, dirty, log: None };
-        let machine = compile(g, &plan, shared).unwrap();
-        let late = plan.chunks.len() - plan.settling;
+        let shared = Shared { guard: end, changed: end + 2, dirty, log: None };
+        let machine = compile(g, &schedule, shared).unwrap();
+        let late = schedule.partitions.len() - schedule.settling;
         let mut memory = p.memory(&mut r);
-        memory.resize((dirty.index() + plan.settling.div_ceil(64) + late.div_ceil(64)).next_multiple_of(2), 0);
-        let mut due = vec![true; plan.chunks.len()];
+        memory.resize((dirty.index() + schedule.settling.div_ceil(64) + late.div_ceil(64)).next_multiple_of(2), 0);
+        let mut due = vec![true; schedule.partitions.len()];
         for _ in 0..6 {
             let (mut interpreted, mut ran) = (memory.clone(), words(&memory));
             let mut expected = due.clone();
-            run_plan(g, &plan, &mut expected, &mut interpreted);
-            for number in 0..plan.chunks.len() {
+            run_schedule(g, &schedule, &mut expected, &mut interpreted);
+            for number in 0..schedule.partitions.len() {
                 if !std::mem::replace(&mut due[number], false) {
                     continue;
                 }
                 machine.run(number, &mut ran);
                 let mut here = halves(&ran);
-                for woken in 0..plan.chunks.len() {
-                    let (word, bit) = dirty_bit(plan.settling, woken as u32);
+                for woken in 0..schedule.partitions.len() {
+                    let (word, bit) = dirty_bit(schedule.settling, woken as u32);
                     due[woken] |= here[(dirty + word).index()] & bit != 0;
                     here[(dirty + word).index()] &= !bit;
                 }
@@ -124,7 +124,7 @@ fn partitions_in_machine_code_do_what_is_interpreted() {
                 if r.below(3) == 0 {
                     memory[plane] = new;
                     let slot = Slot::at(plane / 2).min(p.array());
-                    plan.readers.get(&slot).into_iter().flatten().for_each(|&reader| due[reader as usize] = true);
+                    schedule.readers.get(&slot).into_iter().flatten().for_each(|&reader| due[reader as usize] = true);
                 }
             }
         }
@@ -137,7 +137,7 @@ fn partitions_in_machine_code_do_what_is_interpreted() {
 /// sizes, how many edges are run, and why no more are.
 #[test]
 fn edges_in_machine_code_do_what_is_interpreted() {
-    let (mut edges, mut left) = (0, 0);
+    let (mut ran_edges, mut left) = (0, 0);
     for seed in 0..seeds(600) {
         let mut r = Random(seed ^ 0xed6e);
         let mut p = {
@@ -145,39 +145,41 @@ fn edges_in_machine_code_do_what_is_interpreted() {
             Program::random(&mut r, size)
         };
         let count = 1 + r.below(2);
-        let chunks: Vec<Chunk> = (0..count).map(|_| p.chunk(&mut r)).collect();
-        let ticks: Vec<Tick> =
-            chunks.into_iter().map(|chunk| Tick { graph: p.graph.clone(), chunk, record: Record::default() }).collect();
+        let partitions: Vec<Partition> = (0..count).map(|_| p.partition(&mut r)).collect();
+        let edges: Vec<EdgeCode> = partitions
+            .into_iter()
+            .map(|partition| EdgeCode { graph: p.graph.clone(), partition, record: Record::default() })
+            .collect();
         let room = PlaneWord::at(p.room() as u32);
         let mut next = p.room() as u32 + 4;
         let fresh = || {
             next += 1;
             PlaneWord::at(next - 1)
         };
-        let shared = Shared { alarm: room, changed: room + 2, dirty: room, log: None };
-        let list: Vec<&Tick> = ticks.iter().collect();
-        let circle = compile_circle(&list, r.pick(&[4, 20, 1 << 20]), shared, fresh).unwrap();
+        let shared = Shared { guard: room, changed: room + 2, dirty: room, log: None };
+        let list: Vec<&EdgeCode> = edges.iter().collect();
+        let edge_loop = compile_loop(&list, r.pick(&[4, 20, 1 << 20]), shared, fresh).unwrap();
         for _ in 0..8 {
             let mut memory = p.memory(&mut r);
             memory.resize(next.next_multiple_of(2) as usize, 0);
             let mut ran = words(&memory);
             let rounds = 1 + r.below(6) as u64;
-            let done = circle.run(&mut ran, rounds);
+            let done = edge_loop.run(&mut ran, rounds);
             let mut expected = 0;
-            for tick in (0..rounds).flat_map(|_| &ticks) {
-                let Some(alarm) = run(&tick.graph, &tick.chunk, &mut memory) else { break };
+            for edge in (0..rounds).flat_map(|_| &edges) {
+                let Some(guard) = run(&edge.graph, &edge.partition, &mut memory) else { break };
                 expected += 1;
-                if alarm {
+                if guard {
                     break;
                 }
             }
             assert_eq!(done, expected, "seed {seed}");
             let here = halves(&ran);
             assert_eq!(here[..p.room()], memory[..p.room()], "seed {seed}");
-            edges += done;
+            ran_edges += done;
             left += u64::from(done < rounds * count as u64);
         }
     }
-    println!("{edges} edges, left {left} times");
-    assert!(edges > 2000 && left > 60);
+    println!("{ran_edges} edges, left {left} times");
+    assert!(ran_edges > 2000 && left > 60);
 }

@@ -1,5 +1,6 @@
-//! What follows from a condition, a node of 0 or 1: what else holds then, and which conditions exclude each other. It is
-//! looked for only where it is plain.
+//! What follows from a condition, a node of 0 or 1: what else holds then, and which conditions exclude each other.
+//!
+//! Sound, not complete: an answer holds in every memory; where it is not plain from a few levels of gates there is none.
 
 use crate::compiled::ir::graph::{Graph, Id, Map, Op};
 
@@ -7,7 +8,7 @@ impl Graph {
     /// A node of 0 or 1 that is 1 wherever `a` is not 0, if one is at hand.
     pub fn condition(&self, a: Id) -> Option<Id> {
         match self.op(a) {
-            _ if self.may(a) == 1 => Some(a),
+            _ if self.possible_bits(a) == 1 => Some(a),
             Op::Select(s, _, none) if self.is(none, 0) => Some(s),
             Op::Shl(x, _) | Op::Shr(x, _) | Op::ShlBy(x, _) | Op::ShrBy(x, _) => self.condition(x),
             Op::And(x, y) => self.condition(x).or_else(|| self.condition(y)),
@@ -19,7 +20,7 @@ impl Graph {
     fn facts(&self, when: Id) -> Map<Id, bool> {
         let (mut facts, mut stack): (Map<Id, bool>, Vec<(Id, bool)>) = (Map::default(), vec![(when, true)]);
         while let Some((node, holds)) = stack.pop() {
-            if self.may(node) != 1 || facts.insert(node, holds) == Some(holds) {
+            if self.possible_bits(node) != 1 || facts.insert(node, holds) == Some(holds) {
                 continue;
             }
             match self.op(node) {
@@ -39,7 +40,7 @@ impl Graph {
         let (mut out, mut stack) = (Vec::new(), vec![node]);
         while let Some(node) = stack.pop() {
             match self.op(node) {
-                Op::Or(x, y) if self.may(node) == 1 && out.len() + stack.len() < 16 => stack.extend([x, y]),
+                Op::Or(x, y) if self.possible_bits(node) == 1 && out.len() + stack.len() < 16 => stack.extend([x, y]),
                 _ => out.push(self.facts(node)),
             }
         }
@@ -77,7 +78,9 @@ impl Graph {
                 of.extend((!of.contains(&c)).then_some(c));
             }
         }
-        values.iter().any(|(&x, of)| self.may(x).count_ones() < 8 && of.len() == 1 << self.may(x).count_ones())
+        values.iter().any(|(&x, of)| {
+            self.possible_bits(x).count_ones() < 8 && of.len() == 1 << self.possible_bits(x).count_ones()
+        })
     }
 
     /// Whether what two nodes say is equal to constants cannot be.

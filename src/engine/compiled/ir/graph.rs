@@ -1,8 +1,12 @@
-//! The form in which circuits are optimised: operations on machine words, each written once, equal ones shared.
+//! The graph of operations: each written once (hash-consing), and folded as it is made.
 //!
-//! A four-valued word is two nodes here, one a plane, so all that follows knows of two values only. Constructors fold
-//! what they can; with every unknown plane the constant 0, what is left of four-valued logic is the two-valued one. This
-//! file knows no netlist and no machine.
+//! All operations are on words of 64 bits. A four-valued word is two nodes here, one a plane, so nothing that follows knows of
+//! x and z; where an unknown plane is the constant 0, what is left of four-valued logic is the two-valued one. Every node has
+//! a known-bits mask: bits outside it are 0 in every run. This file knows no netlist and no machine.
+//!
+//! Sound: a constructor returns a node that is equal to the operation in every memory in which the operation has a meaning
+//! (no division by 0, no variable shift by 64 or more, selects by 0 or 1) and in which loads keep to their masks. Tests build
+//! programs of all operations at random and compare each node with the interpreter.
 
 use super::places::{PlaneWord, Slot};
 
@@ -159,7 +163,7 @@ impl Graph {
     }
 
     /// The bits of a node that may be 1.
-    pub fn may(&self, id: Id) -> u64 {
+    pub fn possible_bits(&self, id: Id) -> u64 {
         self.may[id.index()]
     }
 
@@ -187,7 +191,7 @@ impl Graph {
         self.push(Op::Const(n), n)
     }
 
-    /// Half a slot of which only the bits of `may` are ever 1.
+    /// A plane word of which only the bits of `may` are ever 1.
     pub fn load(&mut self, plane: PlaneWord, may: u64) -> Id {
         self.push(Op::Load(plane), may)
     }
@@ -204,16 +208,16 @@ impl Graph {
 
     pub fn and(&mut self, a: Id, b: Id) -> Id {
         let (a, b) = self.ordered(a, b);
-        let may = self.may(a) & self.may(b);
+        let may = self.possible_bits(a) & self.possible_bits(b);
         match (self.value(a), self.value(b)) {
             (Some(x), Some(y)) => return self.constant(x & y),
             (None, Some(m)) => {
-                if self.may(a) & !m == 0 {
+                if self.possible_bits(a) & !m == 0 {
                     return a;
                 }
                 match self.op(a) {
                     Op::And(x, c) if self.value(c).is_some() => {
-                        let n = self.constant(m & self.may(c));
+                        let n = self.constant(m & self.possible_bits(c));
                         return self.and(x, n);
                     }
                     // what the mask cuts off need not be made
@@ -221,8 +225,8 @@ impl Graph {
                         let (x, y) = (self.and(x, b), self.and(y, b));
                         return self.select(s, x, y);
                     }
-                    Op::Or(x, y) if self.may(y) & m == 0 => return self.and(x, b),
-                    Op::Or(x, y) if self.may(x) & m == 0 => return self.and(y, b),
+                    Op::Or(x, y) if self.possible_bits(y) & m == 0 => return self.and(x, b),
+                    Op::Or(x, y) if self.possible_bits(x) & m == 0 => return self.and(y, b),
                     _ => {}
                 }
             }
@@ -235,7 +239,7 @@ impl Graph {
         for (x, y) in [(a, b), (b, a)] {
             if let Op::Select(s, m, z) = self.op(y)
                 && self.is(z, 0)
-                && self.value(m).is_some_and(|m| self.may(x) & !m == 0)
+                && self.value(m).is_some_and(|m| self.possible_bits(x) & !m == 0)
             {
                 return self.select(s, x, z);
             }
@@ -247,12 +251,14 @@ impl Graph {
                 let (x, y) = (self.and(x, p), self.and(y, q));
                 self.select(s, x, y)
             }
-            (_, Op::Xor(x, c)) if self.value(c).is_some_and(|c| c & self.may(a) == self.may(a)) => {
+            (_, Op::Xor(x, c)) if self.value(c).is_some_and(|c| c & self.possible_bits(a) == self.possible_bits(a)) => {
                 // a & !x
                 self.and_not(a, x)
             }
-            (Op::Xor(x, c), _) if self.value(c).is_some_and(|c| c & self.may(b) == self.may(b)) => self.and_not(b, x),
-            _ => match self.known_and(a, b) {
+            (Op::Xor(x, c), _) if self.value(c).is_some_and(|c| c & self.possible_bits(b) == self.possible_bits(b)) => {
+                self.and_not(b, x)
+            }
+            _ => match self.simplified_and(a, b) {
                 Some(less) => less,
                 None => self.push(Op::And(a, b), may),
             },
@@ -263,23 +269,23 @@ impl Graph {
     pub fn and_not(&mut self, a: Id, b: Id) -> Id {
         let may = match (self.value(a), self.value(b)) {
             (Some(x), Some(y)) => return self.constant(x & !y),
-            (Some(x), None) if self.may(b) & !x == 0 => return self.xor(b, a),
+            (Some(x), None) if self.possible_bits(b) & !x == 0 => return self.xor(b, a),
             (None, Some(y)) => {
-                let m = self.constant(self.may(a) & !y);
+                let m = self.constant(self.possible_bits(a) & !y);
                 return self.and(a, m);
             }
-            _ => self.may(a),
+            _ => self.possible_bits(a),
         };
         if a == b {
             return self.constant(0);
         }
-        if self.may(a) & self.may(b) == 0 {
+        if self.possible_bits(a) & self.possible_bits(b) == 0 {
             return a;
         }
         match self.op(b) {
             // a & !(x ^ all)
             Op::Xor(x, c) if self.value(c).is_some_and(|c| c & may == may) => self.and(a, x),
-            _ => match self.known_and_not(a, b) {
+            _ => match self.simplified_and_not(a, b) {
                 Some(less) => less,
                 None => self.push(Op::AndNot(a, b), may),
             },
@@ -288,11 +294,11 @@ impl Graph {
 
     pub fn or(&mut self, a: Id, b: Id) -> Id {
         let (a, b) = self.ordered(a, b);
-        let may = self.may(a) | self.may(b);
+        let may = self.possible_bits(a) | self.possible_bits(b);
         match (self.value(a), self.value(b)) {
             (Some(x), Some(y)) => return self.constant(x | y),
             (None, Some(0)) => return a,
-            (None, Some(n)) if self.may(a) & !n == 0 => return b,
+            (None, Some(n)) if self.possible_bits(a) & !n == 0 => return b,
             _ => {}
         }
         if a == b {
@@ -318,7 +324,7 @@ impl Graph {
                 }
             }
         }
-        match self.known_or(a, b) {
+        match self.simplified_or(a, b) {
             Some(less) => less,
             None => self.push(Op::Or(a, b), may),
         }
@@ -342,7 +348,7 @@ impl Graph {
 
     pub fn xor(&mut self, a: Id, b: Id) -> Id {
         let (a, b) = self.ordered(a, b);
-        let may = self.may(a) | self.may(b);
+        let may = self.possible_bits(a) | self.possible_bits(b);
         match (self.value(a), self.value(b)) {
             (Some(x), Some(y)) => return self.constant(x ^ y),
             (None, Some(0)) => return a,
@@ -369,7 +375,7 @@ impl Graph {
                 let inner = self.xor(a, x);
                 self.xor(inner, c)
             }
-            _ => match self.known_xor(a, b) {
+            _ => match self.simplified_xor(a, b) {
                 Some(less) => less,
                 None => self.push(Op::Xor(a, b), may),
             },
@@ -384,11 +390,11 @@ impl Graph {
 
     pub fn add(&mut self, a: Id, b: Id) -> Id {
         let (a, b) = self.ordered(a, b);
-        let top = (self.may(a) | self.may(b)).leading_zeros();
+        let top = (self.possible_bits(a) | self.possible_bits(b)).leading_zeros();
         match (self.value(a), self.value(b)) {
             (Some(x), Some(y)) => self.constant(x.wrapping_add(y)),
             (None, Some(0)) => a,
-            _ => match self.known_add(a, b) {
+            _ => match self.simplified_add(a, b) {
                 Some(less) => less,
                 None => self.push(Op::Add(a, b), if top == 0 { u64::MAX } else { u64::MAX >> (top - 1) }),
             },
@@ -406,7 +412,7 @@ impl Graph {
 
     pub fn mul(&mut self, a: Id, b: Id) -> Id {
         let (a, b) = self.ordered(a, b);
-        let bits = (64 - self.may(a).leading_zeros()) + (64 - self.may(b).leading_zeros());
+        let bits = (64 - self.possible_bits(a).leading_zeros()) + (64 - self.possible_bits(b).leading_zeros());
         match (self.value(a), self.value(b)) {
             (Some(x), Some(y)) => self.constant(x.wrapping_mul(y)),
             (None, Some(1)) => a,
@@ -432,7 +438,7 @@ impl Graph {
         if n >= 64 {
             return self.constant(0);
         }
-        let may = self.may(a) << n;
+        let may = self.possible_bits(a) << n;
         match self.op(a) {
             _ if n == 0 => a,
             Op::Const(x) => self.constant(x << n),
@@ -445,13 +451,13 @@ impl Graph {
         if n >= 64 {
             return self.constant(0);
         }
-        let may = self.may(a) >> n;
+        let may = self.possible_bits(a) >> n;
         match self.op(a) {
             _ if n == 0 => a,
             _ if may == 0 => self.constant(0),
             Op::Const(x) => self.constant(x >> n),
             Op::Shr(x, k) => self.shr(x, n + u32::from(k)),
-            Op::Shl(x, k) if self.may(x) << k >> k == self.may(x) => {
+            Op::Shl(x, k) if self.possible_bits(x) << k >> k == self.possible_bits(x) => {
                 let k = u32::from(k);
                 if k >= n { self.shl(x, k - n) } else { self.shr(x, n - k) }
             }
@@ -459,8 +465,8 @@ impl Graph {
                 let (x, y) = (self.shr(x, n), self.shr(y, n));
                 self.or(x, y)
             }
-            Op::Or(x, y) if self.may(x) >> n == 0 => self.shr(y, n),
-            Op::Or(x, y) if self.may(y) >> n == 0 => self.shr(x, n),
+            Op::Or(x, y) if self.possible_bits(x) >> n == 0 => self.shr(y, n),
+            Op::Or(x, y) if self.possible_bits(y) >> n == 0 => self.shr(x, n),
             Op::Select(s, x, y) if self.value(x).is_some() && self.value(y).is_some() => {
                 let (x, y) = (self.shr(x, n), self.shr(y, n));
                 self.select(s, x, y)
@@ -472,9 +478,9 @@ impl Graph {
     /// Whether a shift to the right costs nothing: of pieces each is shifted less to the left, or goes.
     fn falls(&self, a: Id, n: u32, depth: u32) -> bool {
         match self.op(a) {
-            _ if self.may(a) >> n == 0 => true,
+            _ if self.possible_bits(a) >> n == 0 => true,
             Op::Const(_) => true,
-            Op::Shl(x, k) => self.may(x) << k >> k == self.may(x) && u32::from(k) >= n,
+            Op::Shl(x, k) => self.possible_bits(x) << k >> k == self.possible_bits(x) && u32::from(k) >= n,
             Op::Or(x, y) => depth > 0 && self.falls(x, n, depth - 1) && self.falls(y, n, depth - 1),
             _ => false,
         }
@@ -486,8 +492,8 @@ impl Graph {
         // from what they were put together of
         loop {
             (a, lo) = match self.op(a) {
-                Op::Or(x, y) if lo < 64 && self.may(x) >> lo & m == 0 => (y, lo),
-                Op::Or(x, y) if lo < 64 && self.may(y) >> lo & m == 0 => (x, lo),
+                Op::Or(x, y) if lo < 64 && self.possible_bits(x) >> lo & m == 0 => (y, lo),
+                Op::Or(x, y) if lo < 64 && self.possible_bits(y) >> lo & m == 0 => (x, lo),
                 Op::Shl(x, k) if lo >= u32::from(k) => (x, lo - u32::from(k)),
                 Op::Shr(x, k) if lo + u32::from(k) < 64 => (x, lo + u32::from(k)),
                 Op::And(x, c) if lo < 64 && self.value(c).is_some_and(|c| c >> lo & m == m) => (x, lo),
@@ -508,7 +514,7 @@ impl Graph {
     }
 
     pub fn shr_by(&mut self, a: Id, n: Id) -> Id {
-        let bits = 64 - self.may(a).leading_zeros();
+        let bits = 64 - self.possible_bits(a).leading_zeros();
         match self.value(n) {
             Some(n) => self.shr(a, n as u32 & 63),
             None if self.is(a, 0) => a,
@@ -517,7 +523,7 @@ impl Graph {
     }
 
     pub fn sar_by(&mut self, a: Id, n: Id) -> Id {
-        if self.may(a) >> 63 == 0 {
+        if self.possible_bits(a) >> 63 == 0 {
             return self.shr_by(a, n);
         }
         match (self.value(a), self.value(n)) {
@@ -530,13 +536,13 @@ impl Graph {
         let (a, b) = self.ordered(a, b);
         match (self.value(a), self.value(b)) {
             (Some(x), Some(y)) => return self.constant(u64::from(x == y)),
-            (None, Some(n)) if n & !self.may(a) != 0 => return self.constant(0),
-            (None, Some(0)) if self.may(a) == 1 => return self.not(a, 1),
-            (None, Some(1)) if self.may(a) == 1 => return a,
+            (None, Some(n)) if n & !self.possible_bits(a) != 0 => return self.constant(0),
+            (None, Some(0)) if self.possible_bits(a) == 1 => return self.not(a, 1),
+            (None, Some(1)) if self.possible_bits(a) == 1 => return a,
             (None, Some(n)) => match self.op(a) {
                 // x ^ m == n
                 Op::Xor(x, c) if self.value(c).is_some() => {
-                    let c = self.constant(n ^ self.may(c));
+                    let c = self.constant(n ^ self.possible_bits(c));
                     return self.eq(x, c);
                 }
                 Op::Xor(x, y) if n == 0 => return self.eq(x, y),
@@ -545,7 +551,7 @@ impl Graph {
                     let (x, y) = (self.eq(x, b), self.eq(y, b));
                     return self.select(s, x, y);
                 }
-                Op::Shl(x, k) if self.may(x) << k >> k == self.may(x) => {
+                Op::Shl(x, k) if self.possible_bits(x) << k >> k == self.possible_bits(x) => {
                     // n has no bit below: it is among those that may be 1
                     let c = self.constant(n >> k);
                     return self.eq(x, c);
@@ -562,7 +568,7 @@ impl Graph {
 
     /// Whether a node is not 0.
     pub fn any(&mut self, a: Id) -> Id {
-        if self.may(a) & !1 == 0 {
+        if self.possible_bits(a) & !1 == 0 {
             return a;
         }
         let zero = self.constant(0);
@@ -574,7 +580,7 @@ impl Graph {
         match (self.value(a), self.value(b)) {
             (Some(x), Some(y)) => self.constant(u64::from(x < y)),
             (_, Some(0)) => self.constant(0),
-            (_, Some(n)) if self.may(a) < n => self.constant(1),
+            (_, Some(n)) if self.possible_bits(a) < n => self.constant(1),
             (Some(0), _) => self.any(b),
             _ if a == b => self.constant(0),
             _ => self.push(Op::Less(a, b), 1),
@@ -595,7 +601,7 @@ impl Graph {
             _ => {}
         }
         let (value_a, value_b) = (self.value(a), self.value(b));
-        if self.may(a) | self.may(b) == 1 {
+        if self.possible_bits(a) | self.possible_bits(b) == 1 {
             match (value_a, value_b) {
                 (Some(1), Some(0)) => return s,
                 (Some(0), Some(1)) => return self.not(s, 1),
@@ -655,7 +661,7 @@ impl Graph {
             let zero = self.constant(0);
             return self.select(s, a, zero);
         }
-        let may = self.may(a) | self.may(b);
+        let may = self.possible_bits(a) | self.possible_bits(b);
         self.push(Op::Select(s, a, b), may)
     }
 
@@ -687,7 +693,7 @@ impl Graph {
     pub fn count(&mut self, a: Id) -> Id {
         match self.value(a) {
             Some(n) => self.constant(n.count_ones().into()),
-            None if self.may(a) == 1 => a,
+            None if self.possible_bits(a) == 1 => a,
             None => self.push(Op::Count(a), 127),
         }
     }

@@ -1,9 +1,9 @@
 //! What every operation of a graph means, what a partition or an edge leaves in memory, and graphs made at random: what
-//! tests of passes and of machine code hold these against. It says nothing twice: no pass and no code generator is used.
+//! tests of passes and of machine code are held against. It uses no pass and no code generator.
 
 use super::graph::{Graph, Id, Op};
 use super::places::{PlaneWord, Slot};
-use super::plan::{Chunk, Plan};
+use super::schedule::{Partition, Schedule};
 use super::stores::{Put, Store};
 use crate::random;
 
@@ -106,53 +106,53 @@ pub(crate) fn values(g: &Graph, memory: &[u64]) -> Vec<u64> {
     let mut all: Vec<u64> = Vec::new();
     for n in g.ids() {
         let value = evaluate(g.op(n), memory, |id| all[id.index()]);
-        assert_eq!(value & !g.may(n), 0, "{:?} has bits that it may not have", g.op(n));
+        assert_eq!(value & !g.possible_bits(n), 0, "{:?} has bits that it may not have", g.op(n));
         all.push(value);
     }
     all
 }
 
-/// What a chunk leaves in memory, all of whose nodes are computed from what memory has before it. Whether anything that it
-/// stores was taken to be 0 and is not; none, and memory as it was, if the chunk is not to be run.
-pub(crate) fn run(g: &Graph, chunk: &Chunk, memory: &mut [u64]) -> Option<bool> {
+/// What a partition leaves in memory, all of whose nodes are computed from what memory has before it. Whether anything that it
+/// stores was taken to be 0 and is not; none, and memory as it was, if the partition is not to be run.
+pub(crate) fn run(g: &Graph, partition: &Partition, memory: &mut [u64]) -> Option<bool> {
     let now = values(g, memory);
     let is = |node: Id| now[node.index()];
-    if chunk.aborts.iter().any(|&abort| is(abort) != 0) {
+    if partition.bail_outs.iter().any(|&bail_out| is(bail_out) != 0) {
         return None;
     }
-    let mut alarm = false;
-    for store in &chunk.stores {
+    let mut guard = false;
+    for store in &partition.stores {
         memory[store.plane.index()] = is(store.node);
-        alarm |= store.alarm && is(store.node) != 0;
+        guard |= store.guard && is(store.node) != 0;
     }
-    for put in &chunk.puts {
+    for put in &partition.puts {
         for (plane, new) in [(0, put.v), (1, put.u)] {
             let (half, shift) = place(put.slot, is(put.index), put.size, plane);
             let mask = (is(put.mask) & ones(put.size)) << shift;
             memory[half] = memory[half] & !mask | is(new) << shift & mask;
         }
     }
-    Some(alarm)
+    Some(guard)
 }
 
-/// Runs some chunks of a plan, in order: nodes of other chunks are what these have left in memory. For each of them, which
-/// chunks are to run since what they read has changed is added to the list.
-pub(crate) fn run_plan(g: &Graph, plan: &Plan, due: &mut [bool], memory: &mut [u64]) {
-    for number in 0..plan.chunks.len() {
+/// Runs some partitions of a plan, in order: nodes of other partitions are what these have left in memory. For each of them, which
+/// partitions are to run since what they read has changed is added to the list.
+pub(crate) fn run_schedule(g: &Graph, schedule: &Schedule, due: &mut [bool], memory: &mut [u64]) {
+    for number in 0..schedule.partitions.len() {
         if !std::mem::replace(&mut due[number], false) {
             continue;
         }
-        let chunk = &plan.chunks[number];
+        let partition = &schedule.partitions[number];
         let mut now = vec![None; g.len()];
         let at = |now: &[Option<u64>], memory: &[u64], node: Id| match g.op(node) {
             op if op.is_leaf() => evaluate(op, memory, |_| unreachable!("a leaf has no operands")),
-            _ => now[node.index()].unwrap_or_else(|| memory[plan.place[&node].index()]),
+            _ => now[node.index()].unwrap_or_else(|| memory[schedule.place[&node].index()]),
         };
-        for &node in &chunk.nodes {
+        for &node in &partition.nodes {
             now[node.index()] = Some(evaluate(g.op(node), memory, |o| at(&now, memory, o)));
         }
-        let stores: Vec<u64> = chunk.stores.iter().map(|s| at(&now, memory, s.node)).collect();
-        for (store, new) in chunk.stores.iter().zip(stores) {
+        let stores: Vec<u64> = partition.stores.iter().map(|s| at(&now, memory, s.node)).collect();
+        for (store, new) in partition.stores.iter().zip(stores) {
             let old = std::mem::replace(&mut memory[store.plane.index()], new);
             assert!(store.compared || store.wakes.is_empty(), "only what is compared wakes anything");
             if old != new {
@@ -252,7 +252,7 @@ impl Program {
             }
             // one that is there already, or its inverse
             _ => {
-                let is = |s: &Program, n: Id| s.graph.may(s.nodes[n.index()]) <= 1;
+                let is = |s: &Program, n: Id| s.graph.possible_bits(s.nodes[n.index()]) <= 1;
                 let bits: Vec<Id> = (0..self.steps.len()).map(Id::at).filter(|&n| is(self, n)).collect();
                 let bit = bits[r.below(bits.len())];
                 if r.below(3) == 0 {
@@ -334,15 +334,15 @@ impl Program {
         }
     }
 
-    /// A chunk that makes new state of what the program loads: bits of state stay bits. It writes elements of all sizes into
+    /// A partition that makes new state of what the program loads: bits of state stay bits. It writes elements of all sizes into
     /// the array, may be not to be run, and may store what is taken to be 0.
-    pub fn chunk(&mut self, r: &mut Random) -> Chunk {
-        let mut chunk = Chunk::default();
+    pub fn partition(&mut self, r: &mut Random) -> Partition {
+        let mut partition = Partition::default();
         for (at, mask) in self.masks.clone().into_iter().enumerate() {
             if r.below(4) > 0 {
                 let (node, mask) = (self.any(r), self.constant(mask));
                 let node = self.make(Op::And(node, mask));
-                chunk.stores.push(Store::plain(self.nodes[node.index()], PlaneWord::at(at as u32)));
+                partition.stores.push(Store::plain(self.nodes[node.index()], PlaneWord::at(at as u32)));
             }
         }
         for _ in 0..r.below(4) {
@@ -358,7 +358,7 @@ impl Program {
                 self.make(Op::And(unknown, all)),
             ];
             let [mask, v, u] = list.map(|n| self.nodes[n.index()]);
-            chunk.puts.push(Put { slot: self.array(), size, index: self.nodes[index.index()], mask, v, u });
+            partition.puts.push(Put { slot: self.array(), size, index: self.nodes[index.index()], mask, v, u });
         }
         // rarely 1, so that most edges are run
         let rare = |p: &mut Program, r: &mut Random| {
@@ -370,15 +370,15 @@ impl Program {
             p.nodes[all.index()]
         };
         if r.below(2) == 0 {
-            chunk.aborts.push(rare(self, r));
+            partition.bail_outs.push(rare(self, r));
         }
         if r.below(2) == 0 {
             let node = rare(self, r);
-            chunk.stores.push(Store { alarm: true, ..Store::plain(node, PlaneWord::at(self.len() as u32)) });
+            partition.stores.push(Store { guard: true, ..Store::plain(node, PlaneWord::at(self.len() as u32)) });
         }
-        let roots = chunk.stores.iter().map(|s| s.node).chain(chunk.puts.iter().flat_map(Put::nodes));
-        chunk.nodes = self.graph.needed(roots.chain(chunk.aborts.iter().copied()));
-        chunk
+        let roots = partition.stores.iter().map(|s| s.node).chain(partition.puts.iter().flat_map(Put::nodes));
+        partition.nodes = self.graph.needed(roots.chain(partition.bail_outs.iter().copied()));
+        partition
     }
 
     /// Memory for it.

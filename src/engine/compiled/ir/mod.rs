@@ -6,8 +6,8 @@ pub(crate) mod graph;
 #[cfg(test)]
 pub(crate) mod interpreter;
 pub(crate) mod places;
-pub(crate) mod plan;
 pub(crate) mod record;
+pub(crate) mod schedule;
 pub(crate) mod simplify;
 pub(crate) mod stores;
 #[cfg(test)]

@@ -19,7 +19,7 @@ pub(crate) struct Traced {
     pub bit: bool,
 }
 
-/// What a tick writes down.
+/// What an edge writes down.
 #[derive(Debug, Default)]
 pub(crate) struct Record {
     pub shape: usize,
@@ -40,7 +40,7 @@ pub(crate) struct Part {
 }
 
 impl Record {
-    /// What a tick writes down that stores this.
+    /// What an edge writes down that stores this.
     pub fn new(traced: Vec<Traced>, stores: &[Store], input: Slot, level: bool) -> Record {
         let stored: Map<PlaneWord, Id> = stores.iter().map(|s| (s.plane, s.node)).collect();
         let part = |t: Traced| {

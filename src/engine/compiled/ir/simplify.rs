@@ -1,6 +1,8 @@
-//! Identities of bitwise operations: what a composition of gates is, where that is less.
+//! Algebraic simplification of bitwise operations: what a composition of two levels of gates is, where that is less.
 //!
-//! Each holds bit by bit on whole words, so it holds for either plane of a four-valued word too.
+//! Sound: each identity holds bit by bit, so on whole words and for either plane of a four-valued word. Those that take 1 as
+//! "all ones" are tried only where the known-bits masks say that the operands are single bits. A test goes through all
+//! compositions of three gates.
 
 use crate::compiled::ir::graph::{Graph, Id, Op};
 
@@ -11,12 +13,12 @@ impl Graph {
     /// `x` where a node is `c & !x` and no other bit of `within` is in question.
     fn inverse(&self, a: Id, within: u64) -> Option<(Id, Id)> {
         match self.op(a) {
-            Op::Xor(x, c) if self.value(c).is_some_and(|c| (within | self.may(x)) & !c == 0) => Some((x, c)),
+            Op::Xor(x, c) if self.value(c).is_some_and(|c| (within | self.possible_bits(x)) & !c == 0) => Some((x, c)),
             _ => None,
         }
     }
 
-    pub(crate) fn known_and(&mut self, a: Id, b: Id) -> Option<Id> {
+    pub(crate) fn simplified_and(&mut self, a: Id, b: Id) -> Option<Id> {
         if self.value(a).or(self.value(b)).is_some() {
             return None;
         }
@@ -39,7 +41,7 @@ impl Graph {
         None
     }
 
-    pub(crate) fn known_and_not(&mut self, a: Id, b: Id) -> Option<Id> {
+    pub(crate) fn simplified_and_not(&mut self, a: Id, b: Id) -> Option<Id> {
         if self.value(a).or(self.value(b)).is_some() {
             return None;
         }
@@ -68,12 +70,12 @@ impl Graph {
             _ => {}
         }
         // neither of two
-        let (x, c) = self.inverse(a, self.may(b))?;
+        let (x, c) = self.inverse(a, self.possible_bits(b))?;
         let either = self.or(x, b);
         Some(self.xor(either, c))
     }
 
-    pub(crate) fn known_or(&mut self, a: Id, b: Id) -> Option<Id> {
+    pub(crate) fn simplified_or(&mut self, a: Id, b: Id) -> Option<Id> {
         if self.value(a).or(self.value(b)).is_some() {
             return None;
         }
@@ -93,7 +95,8 @@ impl Graph {
                 (Op::AndNot(x, y), Op::AndNot(p, q)) if (x, y) == (q, p) => return Some(self.xor(x, y)),
                 // one of two by a bit
                 (Op::And(x, y), Op::AndNot(q, s))
-                    if (s == x || s == y) && (self.may(x) | self.may(y) | self.may(q)) == 1 =>
+                    if (s == x || s == y)
+                        && (self.possible_bits(x) | self.possible_bits(y) | self.possible_bits(q)) == 1 =>
                 {
                     let p = if s == x { y } else { x };
                     return Some(self.select(s, p, q));
@@ -102,7 +105,7 @@ impl Graph {
             }
         }
         if let (Op::And(x, y), Op::And(p, q)) = (self.op(a), self.op(b))
-            && self.may(a) | self.may(b) == 1
+            && self.possible_bits(a) | self.possible_bits(b) == 1
         {
             let (same, s, t) = match () {
                 () if x == p => (x, y, q),
@@ -115,14 +118,14 @@ impl Graph {
             return Some(self.and(either, same));
         }
         if self.factors
-            && self.may(a) | self.may(b) == 1
+            && self.possible_bits(a) | self.possible_bits(b) == 1
             && let Some(less) = self.factored(a, b)
         {
             return Some(less);
         }
         // not both of two
-        let (a, b) = if self.inverse(a, self.may(b)).is_some() { (b, a) } else { (a, b) };
-        let (y, c) = self.inverse(b, self.may(a))?;
+        let (a, b) = if self.inverse(a, self.possible_bits(b)).is_some() { (b, a) } else { (a, b) };
+        let (y, c) = self.inverse(b, self.possible_bits(a))?;
         let both = self.and_not(y, a);
         Some(self.xor(both, c))
     }
@@ -147,8 +150,8 @@ impl Graph {
         self.terms_of(short, &mut terms);
         for (i, &term) in terms.iter().enumerate() {
             let product = match self.op(term) {
-                Op::And(x, y) if self.may(x) | self.may(y) == 1 => [(x, false), (y, false)],
-                Op::AndNot(x, y) if self.may(x) | self.may(y) == 1 => [(x, false), (y, true)],
+                Op::And(x, y) if self.possible_bits(x) | self.possible_bits(y) == 1 => [(x, false), (y, false)],
+                Op::AndNot(x, y) if self.possible_bits(x) | self.possible_bits(y) == 1 => [(x, false), (y, true)],
                 _ => continue,
             };
             for (p, x) in [(product[0], product[1]), (product[1], product[0])] {
@@ -185,11 +188,11 @@ impl Graph {
         match self.op(a) {
             _ if all.len() > MOST_FACTORS => {}
             Op::Xor(x, c) if self.is(c, 1) => return self.factors_of(x, !inverted, all),
-            Op::And(x, y) if !inverted && self.may(x) | self.may(y) == 1 => {
+            Op::And(x, y) if !inverted && self.possible_bits(x) | self.possible_bits(y) == 1 => {
                 self.factors_of(x, false, all);
                 return self.factors_of(y, false, all);
             }
-            Op::AndNot(x, y) if !inverted && self.may(x) | self.may(y) == 1 => {
+            Op::AndNot(x, y) if !inverted && self.possible_bits(x) | self.possible_bits(y) == 1 => {
                 self.factors_of(x, false, all);
                 return self.factors_of(y, true, all);
             }
@@ -213,7 +216,7 @@ impl Graph {
         }
     }
 
-    pub(crate) fn known_xor(&mut self, a: Id, b: Id) -> Option<Id> {
+    pub(crate) fn simplified_xor(&mut self, a: Id, b: Id) -> Option<Id> {
         if self.value(a).or(self.value(b)).is_some() {
             return None;
         }
@@ -239,7 +242,7 @@ impl Graph {
         None
     }
 
-    pub(crate) fn known_add(&mut self, a: Id, b: Id) -> Option<Id> {
+    pub(crate) fn simplified_add(&mut self, a: Id, b: Id) -> Option<Id> {
         match (self.op(a), self.op(b)) {
             (Op::Or(x, y), Op::And(p, q)) | (Op::And(x, y), Op::Or(p, q)) if (x, y) == (p, q) => Some(self.add(x, y)),
             _ => None,

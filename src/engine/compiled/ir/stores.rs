@@ -1,20 +1,20 @@
-//! What is written to memory: values of nodes into halves of slots, and into elements of what memories hold.
+//! What is written to memory: values of nodes into plane words, and into elements of what memories hold.
 
 use super::graph::Id;
 use super::places::{PlaneWord, Slot};
 
-/// What a chunk stores.
+/// What a partition stores.
 #[derive(Clone, Debug)]
 pub(crate) struct Store {
     pub node: Id,
     pub plane: PlaneWord,
     pub observed: Option<u32>,
-    pub alarm: bool,
+    pub guard: bool,
     /// Whether a change has to be found out.
     pub compared: bool,
-    /// Chunks that a change wakes.
+    /// Partitions that a change wakes.
     pub wakes: Vec<u32>,
-    /// Wakes its chunk again while it is not 0.
+    /// Wakes its partition again while it is not 0.
     pub again: bool,
 }
 
@@ -22,7 +22,7 @@ impl Store {
     /// One of which nobody is told anything.
     pub fn plain(node: Id, plane: PlaneWord) -> Store {
         let (observed, wakes) = (None, Vec::new());
-        Store { node, plane, observed, alarm: false, compared: false, wakes, again: false }
+        Store { node, plane, observed, guard: false, compared: false, wakes, again: false }
     }
 }
 

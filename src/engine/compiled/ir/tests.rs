@@ -149,7 +149,7 @@ fn facts_hold() {
                 g.eq(word, n)
             })
             .collect();
-        let conditional: Vec<Id> = g.ids().filter(|&n| g.may(n) == 1).collect();
+        let conditional: Vec<Id> = g.ids().filter(|&n| g.possible_bits(n) == 1).collect();
         let mut lists: Vec<Vec<Id>> = (0..60)
             .map(|_| {
                 let from = if r.below(3) == 0 { &decoded } else { &conditional };

@@ -67,7 +67,7 @@ impl Algebra for Graph {
     }
 
     fn several(&mut self, a: Id) -> Id {
-        if self.may(a).count_ones() < 2 {
+        if self.possible_bits(a).count_ones() < 2 {
             return Graph::constant(self, 0);
         }
         let one = Graph::constant(self, 1);
@@ -125,7 +125,7 @@ impl Algebra for Graph {
         let first = Graph::add(self, low, c);
         let second = Graph::add(self, first, d);
         // the high word of a product of numbers that together have no more bits than a word is 0
-        let fits = self.may(a).leading_zeros() + self.may(b).leading_zeros() >= 64;
+        let fits = self.possible_bits(a).leading_zeros() + self.possible_bits(b).leading_zeros() >= 64;
         let high = if fits { Graph::constant(self, 0) } else { self.mul_high(a, b, false) };
         let (c1, c2) = (Graph::less(self, first, c), Graph::less(self, second, d));
         let high = Graph::add(self, high, c1);
@@ -244,19 +244,19 @@ mod tests {
                     let second = place.outs.into_iter().nth(1);
                     std::iter::once(new).chain(second).collect()
                 };
-                let mut wanted = expected.outputs.clone();
+                let mut request = expected.outputs.clone();
                 if !q.is_empty() {
                     let mut place = Place::new(&ins, &q);
                     at_edge(&mut g, kind, None, &mut place);
                     outs.extend(place.outs);
-                    wanted.push(expected.next.clone());
+                    request.push(expected.next.clone());
                 }
                 let all = values(&g, &memory);
                 let found: Vec<Vec<Word>> = outs
                     .iter()
                     .map(|words| words.iter().map(|w| Word { v: all[w.v.index()], u: all[w.u.index()] }).collect())
                     .collect();
-                assert_eq!(found, wanted, "{kind:?} of {:?}, {:?}", case.ins, case.state);
+                assert_eq!(found, request, "{kind:?} of {:?}, {:?}", case.ins, case.state);
                 if constant {
                     let folded = outs.iter().flatten().all(|w| g.value(w.v).is_some() && g.value(w.u).is_some());
                     assert!(folded, "{kind:?} of constants is one");

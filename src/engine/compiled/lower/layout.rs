@@ -1,4 +1,4 @@
-//! What of a netlist the waves need beside its functions: where state lies, clock pins with the cells that they clock,
+//! What of a netlist the phases need beside its functions: where state lies, clock pins with the cells that they clock,
 //! controls that may become unknown.
 
 use crate::compiled::ir::places::{Slot, Slots};
@@ -39,7 +39,7 @@ pub(crate) struct Kept {
     /// Whether a change is listed, and whether it is written down.
     pub stops: bool,
     pub traced: bool,
-    /// Whether it is kept in any form, not only where it is a control that may be unknown.
+    /// Whether it is kept in any variant, not only where it is a control that may be unknown.
     pub always: bool,
 }
 
@@ -101,7 +101,7 @@ pub(crate) struct MemoryPlace {
 
 /// See the head of this file.
 #[derive(Debug, Default)]
-pub(crate) struct Wiring {
+pub(crate) struct StateLayout {
     /// The width of each net.
     pub widths: Vec<u32>,
     /// First slot of each net that has one.
@@ -148,11 +148,11 @@ pub(crate) fn initial(netlist: &Netlist, net: NetId) -> Vec<Word> {
         .collect()
 }
 
-impl Wiring {
+impl StateLayout {
     /// Lays out the state of a netlist from slot `first` on.
-    pub fn new(netlist: &Netlist, first: u32) -> Wiring {
+    pub fn new(netlist: &Netlist, first: u32) -> StateLayout {
         let widths = netlist.nets().iter().map(|n| n.width).collect();
-        let mut w = Wiring { widths, slot: vec![None; netlist.nets().len()], ..Wiring::default() };
+        let mut w = StateLayout { widths, slot: vec![None; netlist.nets().len()], ..StateLayout::default() };
         w.initial = vec![Word::ZERO; first as usize];
         for input in [true, false] {
             for net in netlist.net_ids() {
@@ -356,7 +356,7 @@ fn bit_at(netlist: &Netlist, cell: CellId, pin: usize, at: u32) -> Bit {
     unreachable!("pins of memories are connected")
 }
 
-impl Wiring {
+impl StateLayout {
     /// The bits of a memory's pins whose unknown values are reported.
     fn watch_memory(&mut self, netlist: &Netlist, cell: CellId, memory: &Memory, known: &mut HashMap<Bit, usize>) {
         let kind = &netlist.cell(cell).kind;
@@ -393,17 +393,17 @@ fn bit(netlist: &Netlist, cell: CellId, pin: usize) -> Option<Bit> {
 
 /// Where state lies, and what of it may be unknown.
 pub(crate) struct StatePlaces<'w> {
-    pub wiring: &'w Wiring,
+    pub layout: &'w StateLayout,
     pub unknown: &'w dyn Fn(Slot) -> bool,
 }
 
 impl Places for StatePlaces<'_> {
     fn slot(&self, net: NetId) -> Slot {
-        self.wiring.slot[net.index()].expect("inputs and state have places")
+        self.layout.slot[net.index()].expect("inputs and state have places")
     }
 
     fn memory(&self, cell: CellId) -> &MemoryPlace {
-        &self.wiring.memories[self.wiring.memory_of[&cell]]
+        &self.layout.memories[self.layout.memory_of[&cell]]
     }
 
     fn may_be_unknown(&self, slot: Slot) -> bool {

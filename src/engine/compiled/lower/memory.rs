@@ -24,7 +24,7 @@ pub(crate) struct Element {
     pub may: u64,
 }
 
-/// What reads half an element, of a number that is in range.
+/// What reads a plane of an element, of a number that is in range.
 pub(crate) type Fetch<'f> = dyn FnMut(&mut Graph, Element, Id) -> Id + 'f;
 
 /// Contents as they stand in memory.

@@ -221,7 +221,7 @@ impl<P: Places> Lower<'_, P> {
         }
     }
 
-    /// Cells that read each other in a circle, stepped: in each step all compute from the values before it. What they had
+    /// Cells that read each other in a loop, stepped: in each step all compute from the values before it. What they had
     /// is state, so that the steps go on from there.
     fn feedback(&mut self, cells: &[CellId]) {
         let netlist = self.netlist;

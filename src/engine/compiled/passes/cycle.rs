@@ -1,25 +1,25 @@
-//! A whole period of a clock on packed state: the two ticks of a circle as one step, with the state in words of its own
-//! while it goes round.
+//! A whole cycle of a clock: its two edges composed into one step, on state in recovered words while the loop runs.
 //!
-//! It is left before the period in which an observed net would change or state would become what the form does not allow:
-//! the ticks do that one.
+//! Sound: all that either edge bails out for, each guard, and each change of an observed net is a bail-out of the cycle, looked
+//! at before anything is stored; the edges then do that cycle one by one. What the first edge writes into memories the second
+//! would have to see, so no cycle is made where the second reads or writes any after it.
 
-use crate::compiled::codegen::machine::Circle;
+use crate::compiled::codegen::machine::EdgeLoop;
 use crate::compiled::codegen::{self, Shared};
 use crate::compiled::ir::graph::{Graph, Id, Map, Op};
 use crate::compiled::ir::places::PlaneWord;
-use crate::compiled::ir::plan::Chunk;
 use crate::compiled::ir::record::Record;
+use crate::compiled::ir::schedule::Partition;
 use crate::compiled::ir::stores::Put;
 use crate::compiled::ir::stores::Store;
-use crate::compiled::passes::edge::Tick;
-use crate::compiled::passes::word_recovery::{LEAST, Packed, Place, Step, TRIALS, pack};
+use crate::compiled::passes::edge::EdgeCode;
+use crate::compiled::passes::word_recovery::{LEAST, Place, Recovered, Step, TRIALS, recover};
 use crate::value::Word;
 
-/// A period in machine code.
+/// A cycle in machine code.
 #[derive(Debug)]
-pub(crate) struct Period {
-    circle: Circle,
+pub(crate) struct Cycle {
+    edge_loop: EdgeLoop,
     places: Vec<Place>,
     /// Whether each of the places changes.
     changing: Vec<bool>,
@@ -31,20 +31,20 @@ pub(crate) struct Period {
 /// Periods up to which going in and out costs more than it gains.
 pub(crate) const SHORT: u64 = 32;
 
-impl Period {
-    /// Makes a period of its ticks. `groups` are the lanes that single bits of state get.
-    pub fn new(ticks: &[&Tick], groups: &[Vec<(u8, PlaneWord)>], piece: usize, end: &mut u32) -> Option<Period> {
-        let mut step = compose(ticks)?;
+impl Cycle {
+    /// Makes a cycle of its edges. `groups` are the lanes that single bits of state get.
+    pub fn new(edges: &[&EdgeCode], groups: &[Vec<(u8, PlaneWord)>], piece: usize, end: &mut u32) -> Option<Cycle> {
+        let mut step = compose(edges)?;
         let plain = step.cost();
         let mut next = 2 * *end;
         let mut fresh = || {
             next += 1;
             PlaneWord::at(next - 1)
         };
-        let Packed { step, places, .. } = pack(&mut step, groups, LEAST, TRIALS, &mut fresh)?;
-        // What does not lie in words is better left as it is. Long ticks come in pieces, which share code where they are
-        // alike; a period, which is left before anything is stored, does so less well.
-        let least = if ticks.iter().any(|tick| codegen::is_long(&tick.chunk, piece)) { plain / 8 } else { 0 };
+        let Recovered { step, places, .. } = recover(&mut step, groups, LEAST, TRIALS, &mut fresh)?;
+        // What does not lie in words is better left as it is. Long edges come in pieces, which share code where they are
+        // alike; a cycle, which is left before anything is stored, does so less well.
+        let least = if edges.iter().any(|edge| codegen::is_long(&edge.partition, piece)) { plain / 8 } else { 0 };
         if step.cost() + least >= plain {
             return None;
         }
@@ -52,11 +52,11 @@ impl Period {
         let changes: Map<PlaneWord, ()> = step.stores.iter().map(|s| (s.0, ())).collect();
         let changing = places.iter().map(|p| changes.contains_key(&p.word)).collect();
         let stores = step.stores.iter().map(|&(plane, node)| Store::plain(node, plane)).collect();
-        let chunk = Chunk { nodes, stores, puts: step.puts, aborts: step.aborts, ..Chunk::default() };
-        let tick = Tick { chunk, graph: step.graph, record: Record::default() };
-        let circle = codegen::compile_circle(&[&tick], piece, Shared::default(), &mut fresh).ok()?;
+        let partition = Partition { nodes, stores, puts: step.puts, bail_outs: step.bail_outs, ..Partition::default() };
+        let edge = EdgeCode { partition, graph: step.graph, record: Record::default() };
+        let edge_loop = codegen::compile_loop(&[&edge], piece, Shared::default(), &mut fresh).ok()?;
         *end = next.div_ceil(2);
-        Some(Period { circle, places, changing, patience: 1, waiting: 0 })
+        Some(Cycle { edge_loop, places, changing, patience: 1, waiting: 0 })
     }
 
     /// Goes round up to `rounds` times; how many times it did.
@@ -68,7 +68,7 @@ impl Period {
         for Place { word, lanes } in &self.places {
             *word_of(memory, *word) = lanes.iter().fold(0, |all, &(lane, h)| all | (*word_of(memory, h) & 1) << lane);
         }
-        let done = self.circle.run(memory, rounds);
+        let done = self.edge_loop.run(memory, rounds);
         for (Place { word, lanes }, _) in self.places.iter().zip(&self.changing).filter(|p| *p.1) {
             let value = *word_of(memory, *word);
             lanes.iter().for_each(|&(lane, h)| *word_of(memory, h) = value >> lane & 1);
@@ -83,18 +83,18 @@ impl Period {
     }
 }
 
-/// Ticks one after another as one step of what they read and leave.
-fn compose(ticks: &[&Tick]) -> Option<Step> {
+/// Edges one after another as one step of what they read and leave.
+fn compose(edges: &[&EdgeCode]) -> Option<Step> {
     let mut out = Graph::factoring();
     let mut now: Map<PlaneWord, Id> = Map::default();
     let mut order: Vec<PlaneWord> = Vec::new();
-    let mut aborts: Vec<Id> = Vec::new();
+    let mut bail_outs: Vec<Id> = Vec::new();
     let mut puts: Vec<Put> = Vec::new();
-    for tick in ticks {
-        let g = &tick.graph;
+    for edge in edges {
+        let g = &edge.graph;
         // what one has written into memories the next would have to see
-        let reads = tick.chunk.nodes.iter().any(|&n| matches!(g.op(n), Op::Element { .. }));
-        if !puts.is_empty() && (reads || !tick.chunk.puts.is_empty()) {
+        let reads = edge.partition.nodes.iter().any(|&n| matches!(g.op(n), Op::Element { .. }));
+        if !puts.is_empty() && (reads || !edge.partition.puts.is_empty()) {
             return None;
         }
         let mut map: Map<Id, Id> = Map::default();
@@ -102,34 +102,35 @@ fn compose(ticks: &[&Tick]) -> Option<Step> {
             Op::Const(n) => out.constant(n),
             Op::Load(plane) => match now.get(&plane) {
                 Some(&node) => node,
-                None => out.load(plane, g.may(node)),
+                None => out.load(plane, g.possible_bits(node)),
             },
             _ => map[&node],
         };
-        for &node in &tick.chunk.nodes {
+        for &node in &edge.partition.nodes {
             let operands: Vec<(Id, Id)> = g.op(node).operands().map(|o| (o, at(&mut out, o, &map))).collect();
-            let made = out
-                .rebuild(g.op(node), g.may(node), |o| operands.iter().find(|p| p.0 == o).expect("it is an operand").1);
+            let made = out.rebuild(g.op(node), g.possible_bits(node), |o| {
+                operands.iter().find(|p| p.0 == o).expect("it is an operand").1
+            });
             map.insert(node, made);
         }
-        let mut abort = |out: &Graph, node: Id| {
-            if !out.is(node, 0) && !aborts.contains(&node) {
-                aborts.push(node);
+        let mut bail_out = |out: &Graph, node: Id| {
+            if !out.is(node, 0) && !bail_outs.contains(&node) {
+                bail_outs.push(node);
             }
         };
-        for &node in &tick.chunk.aborts {
+        for &node in &edge.partition.bail_outs {
             let node = at(&mut out, node, &map);
-            abort(&out, node);
+            bail_out(&out, node);
         }
-        for put in &tick.chunk.puts {
+        for put in &edge.partition.puts {
             let [index, mask, v, u] = [put.index, put.mask, put.v, put.u].map(|node| at(&mut out, node, &map));
             puts.push(Put { index, mask, v, u, ..*put });
         }
         let mut made = Vec::new();
-        for store in &tick.chunk.stores {
-            if store.alarm {
+        for store in &edge.partition.stores {
+            if store.guard {
                 let node = at(&mut out, store.node, &map);
-                abort(&out, node);
+                bail_out(&out, node);
             }
             made.push((store.plane, at(&mut out, store.node, &map), store.compared));
         }
@@ -148,14 +149,14 @@ fn compose(ticks: &[&Tick]) -> Option<Step> {
         }
         for (_, old, node) in compared {
             let differs = out.xor(old, node);
-            if !out.is(differs, 0) && !aborts.contains(&differs) {
-                aborts.push(differs);
+            if !out.is(differs, 0) && !bail_outs.contains(&differs) {
+                bail_outs.push(differs);
             }
         }
     }
     let stores = order.into_iter().map(|plane| (plane, now[&plane]));
     let stores = stores.filter(|&(plane, node)| out.op(node) != Op::Load(plane)).collect();
-    Some(Step { graph: out, stores, puts, aborts })
+    Some(Step { graph: out, stores, puts, bail_outs })
 }
 
 fn word_of(memory: &mut [Word], plane: PlaneWord) -> &mut u64 {

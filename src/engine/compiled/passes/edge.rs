@@ -1,54 +1,59 @@
-//! A tick as one piece of straight code: what a change of one input does, from the settled state before to the settled
-//! state after, with the cells that it clocks.
+//! One edge of an input as straight code: from the settled state before it to the settled state after it, with the cells that
+//! it clocks.
 //!
-//! The waves are run on nodes in place of values. What the input is before and after is known here, so clock pins that
-//! follow it are edges or are none, and what does not change need not be computed. It works where the rounds of edges
-//! come to an end by the wiring alone. Where state that is taken to be known would become unknown, or a loop does not
-//! settle, the tick is left before it stores anything.
+//! Delta cycles are run on nodes in place of values. What the input is before and after is known here, so clock pins that
+//! follow it make an edge or do not, and what cannot change is not computed. Cells behind a gated clock take their value by a
+//! select.
+//!
+//! Sound: it is made only where the rounds of edges end by the wiring alone, whatever the values. It assumes that the circuit
+//! is settled, that clock pins are known, that state is known where the variant assumes so, and that combinational loops
+//! settle within the unrolled steps. Each assumption that is not certain is a bail-out: a node that must be 0, looked at before
+//! anything is stored. State that becomes unknown although it is assumed known fails a guard if nothing in the same edge has
+//! read it, and is a bail-out if something has.
 
 use crate::cell::CellKind;
 use crate::compiled::ir::graph::{Graph, Id, Map, Op};
 use crate::compiled::ir::places::{PlaneWord, Slot};
-use crate::compiled::ir::plan::Chunk;
 use crate::compiled::ir::record::{Record, Traced};
+use crate::compiled::ir::schedule::Partition;
 use crate::compiled::ir::stores::Put;
 use crate::compiled::ir::stores::Store;
 use crate::compiled::lower::Lowered;
 use crate::compiled::lower::four::{Bits, Two};
 use crate::compiled::lower::layout::Kept;
-use crate::compiled::lower::layout::{Bit, Part, Wiring};
+use crate::compiled::lower::layout::{Bit, Part, StateLayout};
 use crate::compiled::lower::memory::{self, Controls, Element, Read, Written};
 use crate::netlist::Netlist;
 
 /// Rounds of edges that are followed.
 const ROUNDS: usize = 8;
-/// Nodes above which a tick is not worth being one piece.
+/// Nodes above which an edge is not worth being one piece.
 const LIMIT: usize = 400_000;
 
-/// A tick: a graph, and the one chunk of it.
+/// An edge: a graph, and the one partition of it.
 #[derive(Debug)]
-pub(crate) struct Tick {
+pub(crate) struct EdgeCode {
     pub graph: Graph,
-    pub chunk: Chunk,
+    pub partition: Partition,
     /// What it writes down.
     pub record: Record,
 }
 
-/// What a tick is made from.
+/// What an edge is made from.
 pub(crate) struct Source<'s> {
     pub netlist: &'s Netlist,
     pub lowered: &'s Lowered,
-    pub wiring: &'s Wiring,
+    pub layout: &'s StateLayout,
     /// The nets that are kept.
     pub kept: &'s [Kept],
-    /// Whether a slot of state may be unknown in the form.
+    /// Whether a slot of state may be unknown in the variant.
     pub allows: &'s dyn Fn(Slot) -> bool,
     /// The slot of the input, and what it becomes.
     pub input: Slot,
     pub level: bool,
 }
 
-struct Fuse<'s> {
+struct Straighten<'s> {
     s: &'s Source<'s>,
     out: Graph,
     /// State that is not what memory has: its settled value.
@@ -56,8 +61,8 @@ struct Fuse<'s> {
     /// What has been written into memories.
     puts: Vec<Put>,
     /// Unknown planes of new state that is taken to be known, and whether anything has read it.
-    alarms: Map<Slot, (Id, bool)>,
-    /// For each node of the form its node here, in the present round.
+    guards: Map<Slot, (Id, bool)>,
+    /// For each node of the variant its node here, in the present round.
     memo: Vec<Id>,
     /// Nodes that may have changed in the present round.
     affected: Vec<bool>,
@@ -66,23 +71,23 @@ struct Fuse<'s> {
     /// State that controls and loops have changed in the last round.
     moved: Vec<Slot>,
     /// Nodes that are to be 0.
-    aborts: Vec<Id>,
+    bail_outs: Vec<Id>,
 }
 
-/// The tick that `source` asks for, if it can be one piece.
-pub(crate) fn fuse(source: &Source<'_>) -> Option<Tick> {
+/// The edge that `source` asks for, if it can be straight code.
+pub(crate) fn straighten(source: &Source<'_>) -> Option<EdgeCode> {
     let n = source.lowered.graph.len();
-    let mut f = Fuse {
+    let mut f = Straighten {
         s: source,
         out: Graph::default(),
         state: Map::default(),
         puts: Vec::new(),
-        alarms: Map::default(),
+        guards: Map::default(),
         memo: vec![Id::NONE; n],
         affected: vec![false; n],
         loads: Map::default(),
         moved: Vec::new(),
-        aborts: Vec::new(),
+        bail_outs: Vec::new(),
     };
     for node in source.lowered.graph.ids() {
         if let Op::Load(plane) = source.lowered.graph.op(node) {
@@ -92,15 +97,15 @@ pub(crate) fn fuse(source: &Source<'_>) -> Option<Tick> {
     f.run()
 }
 
-/// Half an element of contents after what has been written.
+/// a plane of an element of contents after what has been written.
 fn fetch_after(g: &mut Graph, puts: &[Put], e: Element, index: Id) -> Id {
     let before = memory::fetch(g, e, index);
     puts.iter().fold(before, |before, put| memory::after(g, put, e, index, before))
 }
 
-impl Fuse<'_> {
-    fn run(&mut self) -> Option<Tick> {
-        let Source { lowered, wiring, input, level, .. } = *self.s;
+impl Straighten<'_> {
+    fn run(&mut self) -> Option<EdgeCode> {
+        let Source { lowered, layout, input, level, .. } = *self.s;
         let mut ever = vec![false; lowered.graph.len()];
         // before anything has changed
         let before = self.constant(!level);
@@ -114,10 +119,10 @@ impl Fuse<'_> {
             ever.iter_mut().zip(&self.affected).for_each(|(e, a)| *e |= a);
             self.settle(&ever);
             let mut touched: Vec<usize> =
-                (0..wiring.pins.len()).filter(|&i| self.touches(wiring.pins[i].bit)).collect();
+                (0..layout.pins.len()).filter(|&i| self.touches(layout.pins[i].bit)).collect();
             // controls at which cells sample when they become unknown only are to be known
             touched.retain(|&i| {
-                let pin = &wiring.pins[i];
+                let pin = &layout.pins[i];
                 let clocks = !(pin.rising.is_empty() && pin.falling.is_empty());
                 if !clocks {
                     self.pin(pin.bit);
@@ -129,7 +134,7 @@ impl Fuse<'_> {
             }
             let mut takes: Map<u32, Id> = Map::default();
             for i in touched {
-                let pin = &wiring.pins[i];
+                let pin = &layout.pins[i];
                 let new = self.pin(pin.bit);
                 let old = std::mem::replace(&mut pins[i], new);
                 let (rises, falls) = (self.out.and_not(new, old), self.out.and_not(old, new));
@@ -150,7 +155,7 @@ impl Fuse<'_> {
             let mut taken = Vec::new();
             let written = self.written(&takes);
             for (store, when) in takes {
-                let stored = wiring.stored[store as usize];
+                let stored = layout.stored[store as usize];
                 let next = match stored.part {
                     Part::Whole => self.map_all(&lowered.next[store as usize].value),
                     Part::Read(port) => self.port_reads(store, port, &written),
@@ -187,16 +192,16 @@ impl Fuse<'_> {
 
     /// What the write ports among those that take something write, with the numbers of their memories.
     fn written(&mut self, takes: &[(u32, Id)]) -> Vec<(usize, Written)> {
-        let Source { lowered, wiring, .. } = *self.s;
+        let Source { lowered, layout, .. } = *self.s;
         let mut list = Vec::new();
         for &(store, when) in takes {
-            let stored = wiring.stored[store as usize];
+            let stored = layout.stored[store as usize];
             let Part::Write(port) = stored.part else { continue };
             let mut words = self.map_all(&lowered.next[store as usize].value);
             let enable = words.split_off(words.len() / 2 + 1);
             let data = words.split_off(1);
             list.push((
-                wiring.memory_of[&stored.cell],
+                layout.memory_of[&stored.cell],
                 Written { port: port as usize, when, address: words[0], data, enable },
             ));
         }
@@ -205,18 +210,18 @@ impl Fuse<'_> {
 
     /// What a read port has after its edge.
     fn port_reads(&mut self, store: u32, port: u32, written: &[(usize, Written)]) -> Bits {
-        let Source { lowered, wiring, netlist, .. } = *self.s;
-        let stored = wiring.stored[store as usize];
+        let Source { lowered, layout, netlist, .. } = *self.s;
+        let stored = layout.stored[store as usize];
         let CellKind::Memory(memory) = &netlist.cell(stored.cell).kind else {
             unreachable!("only memories have ports")
         };
-        let place = wiring.memory_of[&stored.cell];
+        let place = layout.memory_of[&stored.cell];
         let words = self.map_all(&lowered.next[store as usize].value);
         let controls = Controls { en: words[0], arst: words[1], srst: words[2], address: words[3] };
         let held: Bits = stored.slot.up().take(stored.words as usize).map(|slot| self.held(slot)).collect();
         let written: Vec<Written> = written.iter().filter(|w| w.0 == place).map(|w| w.1.clone()).collect();
         let puts = &self.puts;
-        let read = Read { memory, contents: wiring.memories[place].contents, port: port as usize };
+        let read = Read { memory, contents: layout.memories[place].contents, port: port as usize };
         memory::clocked(&mut self.out, &read, &controls, &written, &held, &mut |g, e, index| {
             fetch_after(g, puts, e, index)
         })
@@ -224,10 +229,10 @@ impl Fuse<'_> {
 
     /// What is written into memories, writes to the same place at once.
     fn port_writes(&mut self, written: &[(usize, Written)]) -> Vec<Put> {
-        let Source { wiring, netlist, .. } = *self.s;
+        let Source { layout, netlist, .. } = *self.s;
         let mut all: Vec<Put> = Vec::new();
         for (place, w) in written {
-            let place = &wiring.memories[*place];
+            let place = &layout.memories[*place];
             let CellKind::Memory(memory) = &netlist.cell(place.cell).kind else { unreachable!("it is a memory") };
             for put in memory::write(&mut self.out, memory, place.contents, w) {
                 if self.out.is(put.mask, 0) {
@@ -255,32 +260,32 @@ impl Fuse<'_> {
         self.affected[v.index()] || self.affected[u.index()]
     }
 
-    /// New state; where it is taken to be known, it is to be that, at least if anything reads it in this tick.
+    /// New state; where it is taken to be known, it is to be that, at least if anything reads it in this edge.
     fn known(&mut self, slot: Slot, new: Two) -> Two {
         if (self.s.allows)(slot) {
             return new;
         }
-        if let Some((u, _)) = self.alarms.remove(&slot) {
-            self.abort_if(u);
+        if let Some((u, _)) = self.guards.remove(&slot) {
+            self.bail_out_if(u);
         }
         if !self.out.is(new.u, 0) {
-            self.alarms.insert(slot, (new.u, false));
+            self.guards.insert(slot, (new.u, false));
         }
         Two { v: new.v, u: self.out.constant(0) }
     }
 
-    fn abort_if(&mut self, node: Id) {
-        if !self.out.is(node, 0) && !self.aborts.contains(&node) {
-            self.aborts.push(node);
+    fn bail_out_if(&mut self, node: Id) {
+        if !self.out.is(node, 0) && !self.bail_outs.contains(&node) {
+            self.bail_outs.push(node);
         }
     }
 
-    /// Half a slot of state as it stands in this round.
+    /// A plane word of state as it stands in this round.
     fn load(&mut self, plane: PlaneWord, may: u64) -> Id {
         match self.state.get(&plane.slot()) {
             Some(two) => {
-                if let Some(alarm) = self.alarms.get_mut(&plane.slot()) {
-                    alarm.1 = true;
+                if let Some(guard) = self.guards.get_mut(&plane.slot()) {
+                    guard.1 = true;
                 }
                 if plane.is_value() { two.v } else { two.u }
             }
@@ -290,8 +295,8 @@ impl Fuse<'_> {
 
     /// State as it stands.
     fn held(&mut self, slot: Slot) -> Two {
-        let wiring = self.s.wiring;
-        let may = wiring.leaf_mask[(slot - wiring.leaves.start) as usize];
+        let layout = self.s.layout;
+        let may = layout.leaf_mask[(slot - layout.leaves.start) as usize];
         let v = self.load(slot.value(), may);
         let u = if (self.s.allows)(slot) { self.load(slot.unknown(), may) } else { self.out.constant(0) };
         Two { v, u }
@@ -300,17 +305,17 @@ impl Fuse<'_> {
     /// The clock pins before anything changes: what the level of the input decides, or what memory has.
     fn pin_values(&mut self) -> Vec<Id> {
         self.keep_levels();
-        let wiring = self.s.wiring;
-        let values = (0..wiring.pins.len()).map(|i| {
-            let bit = wiring.pins[i].bit;
+        let layout = self.s.layout;
+        let values = (0..layout.pins.len()).map(|i| {
+            let bit = layout.pins[i].bit;
             let node = self.word(bit).v;
             let decided = self.map(node);
             let decided = self.out.bits(decided, bit.lo % 64, 1);
             if self.out.value(decided).is_some() {
                 return decided;
             }
-            let slot = wiring.slot[bit.net.index()].expect("clock pins are kept") + bit.lo / 64;
-            let may = self.s.lowered.graph.may(node);
+            let slot = layout.slot[bit.net.index()].expect("clock pins are kept") + bit.lo / 64;
+            let may = self.s.lowered.graph.possible_bits(node);
             let word = self.load(slot.value(), may);
             self.out.bits(word, bit.lo % 64, 1)
         });
@@ -324,17 +329,17 @@ impl Fuse<'_> {
         let Two { v, u } = self.word(bit);
         let (v, u) = (self.map(v), self.map(u));
         let unknown = self.out.bits(u, bit.lo % 64, 1);
-        self.abort_if(unknown);
+        self.bail_out_if(unknown);
         self.out.bits(v, bit.lo % 64, 1)
     }
 
     /// The nodes that depend on some slots of state.
     fn spread(&self, changed: &[Slot]) -> Vec<bool> {
         let graph = &self.s.lowered.graph;
-        let first = self.s.wiring.leaves.start;
-        let mut is_changed = vec![false; self.s.wiring.leaves.len()];
+        let first = self.s.layout.leaves.start;
+        let mut is_changed = vec![false; self.s.layout.leaves.len()];
         let (state, contents): (Vec<Slot>, Vec<Slot>) =
-            changed.iter().partition(|slot| self.s.wiring.leaves.contains(**slot));
+            changed.iter().partition(|slot| self.s.layout.leaves.contains(**slot));
         state.iter().for_each(|&slot| is_changed[(slot - first) as usize] = true);
         let mut affected = vec![false; graph.len()];
         for node in graph.ids() {
@@ -383,15 +388,15 @@ impl Fuse<'_> {
         self.keep_levels();
         // what is kept and has not changed need not be computed
         for &Kept { net, .. } in self.s.kept {
-            let slot = self.s.wiring.slot[net.index()].expect("what is kept has a place");
-            if self.s.wiring.leaves.contains(slot) {
+            let slot = self.s.layout.slot[net.index()].expect("what is kept has a place");
+            if self.s.layout.leaves.contains(slot) {
                 continue;
             }
             for (slot, two) in slot.up().zip(&self.s.lowered.nets[net.index()]) {
                 for (plane, node) in [(slot.value(), two.v), (slot.unknown(), two.u)] {
                     let graph = &self.s.lowered.graph;
                     if !ever[node.index()] && !graph.op(node).is_leaf() && self.memo[node.index()] == Id::NONE {
-                        self.memo[node.index()] = self.out.load(plane, graph.may(node));
+                        self.memo[node.index()] = self.out.load(plane, graph.possible_bits(node));
                     }
                 }
             }
@@ -409,7 +414,7 @@ impl Fuse<'_> {
             }
             if let Some(group) = level.group {
                 let unsettled = self.map(self.s.lowered.unsettled[group as usize]);
-                self.abort_if(unsettled);
+                self.bail_out_if(unsettled);
             }
         }
         for (slot, new, old) in settled {
@@ -421,7 +426,7 @@ impl Fuse<'_> {
         }
     }
 
-    /// The node here of one of the form.
+    /// The node here of one of the variant.
     fn map(&mut self, node: Id) -> Id {
         let graph = &self.s.lowered.graph;
         let mut stack = vec![node];
@@ -438,14 +443,14 @@ impl Fuse<'_> {
             }
             stack.pop();
             let made = match op {
-                Op::Load(plane) => self.load(plane, graph.may(at)),
+                Op::Load(plane) => self.load(plane, graph.possible_bits(at)),
                 Op::Element { slot, index, size, plane } => {
-                    let e = Element { slot, size, plane, may: graph.may(at) };
+                    let e = Element { slot, size, plane, may: graph.possible_bits(at) };
                     fetch_after(&mut self.out, &self.puts, e, self.memo[index.index()])
                 }
                 op => {
                     let memo = &self.memo;
-                    self.out.rebuild(op, graph.may(at), |o| memo[o.index()])
+                    self.out.rebuild(op, graph.possible_bits(at), |o| memo[o.index()])
                 }
             };
             self.memo[at.index()] = made;
@@ -454,8 +459,8 @@ impl Fuse<'_> {
     }
 
     /// What is left in memory.
-    fn finish(&mut self, ever: &[bool]) -> Option<Tick> {
-        let Source { lowered, wiring, kept, input, .. } = *self.s;
+    fn finish(&mut self, ever: &[bool]) -> Option<EdgeCode> {
+        let Source { lowered, layout, kept, input, .. } = *self.s;
         let mut observed: Map<Slot, u32> = Map::default();
         let mut stores: Vec<Store> = Vec::new();
         let store = |node, plane, observed: Option<u32>| Store {
@@ -466,13 +471,13 @@ impl Fuse<'_> {
         let mut traced: Vec<Traced> = Vec::new();
         for k in kept {
             let (net, bit) = (k.net, k.observed.filter(|_| k.stops));
-            let slot = wiring.slot[net.index()].expect("what is kept has a place");
+            let slot = layout.slot[net.index()].expect("what is kept has a place");
             let values = &lowered.nets[net.index()];
-            let is_leaf = wiring.leaves.contains(slot);
+            let is_leaf = layout.leaves.contains(slot);
             if k.traced {
                 traced.extend((0..).zip(values).map(|(word, two)| {
                     let known = if is_leaf { !(self.s.allows)(slot + word) } else { lowered.graph.is(two.u, 0) };
-                    Traced { net, word, slot: slot + word, known, bit: wiring.widths[net.index()] == 1 }
+                    Traced { net, word, slot: slot + word, known, bit: layout.widths[net.index()] == 1 }
                 }));
             }
             if is_leaf {
@@ -502,21 +507,21 @@ impl Fuse<'_> {
                 stores.push(store(two.u, slot.unknown(), bit));
             }
         }
-        let mut alarms: Vec<(Slot, (Id, bool))> = self.alarms.drain().collect();
-        alarms.sort_unstable_by_key(|a| a.0);
-        for (slot, (u, read)) in alarms {
+        let mut guards: Vec<(Slot, (Id, bool))> = self.guards.drain().collect();
+        guards.sort_unstable_by_key(|a| a.0);
+        for (slot, (u, read)) in guards {
             // what is written down of it is its value plane alone
             if read || traced.iter().any(|t| t.slot == slot) {
-                self.abort_if(u);
+                self.bail_out_if(u);
             } else {
-                stores.push(Store { alarm: true, ..store(u, slot.unknown(), observed.get(&slot).copied()) });
+                stores.push(Store { guard: true, ..store(u, slot.unknown(), observed.get(&slot).copied()) });
             }
         }
         let record = Record::new(traced, &stores, input, self.s.level);
         let puts = std::mem::take(&mut self.puts);
         let stored = stores.iter().map(|s| s.node).chain(puts.iter().flat_map(Put::nodes));
-        let nodes = self.out.needed(stored.chain(self.aborts.iter().copied()));
-        let chunk = Chunk { nodes, stores, group: None, aborts: std::mem::take(&mut self.aborts), puts };
-        (chunk.nodes.len() <= LIMIT).then(|| Tick { graph: std::mem::take(&mut self.out), chunk, record })
+        let nodes = self.out.needed(stored.chain(self.bail_outs.iter().copied()));
+        let partition = Partition { nodes, stores, group: None, bail_outs: std::mem::take(&mut self.bail_outs), puts };
+        (partition.nodes.len() <= LIMIT).then(|| EdgeCode { graph: std::mem::take(&mut self.out), partition, record })
     }
 }

@@ -3,7 +3,7 @@
 pub(crate) mod components;
 pub(crate) mod cycle;
 pub(crate) mod edge;
+pub(crate) mod merge;
 pub(crate) mod outline;
 pub(crate) mod partition;
-pub(crate) mod split;
 pub(crate) mod word_recovery;

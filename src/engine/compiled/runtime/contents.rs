@@ -1,4 +1,4 @@
-//! What memories hold, where chunks run: ports that have made their edge read and write by the functions of the cell room.
+//! What memories hold, where partitions run: read and write ports whose clock has made its edge act by `cell::memory`.
 
 use crate::cell::memory::{ReadControls, Written, merged};
 use crate::cell::{CellKind, Memory};
@@ -19,7 +19,7 @@ fn memory_of(netlist: &Netlist, cell: CellId) -> &Memory {
 impl CompiledEngine<'_> {
     /// What the read ports among those that have made their edge take, and then what the write ports write.
     pub(crate) fn commit_ports(&mut self) {
-        let mut ports: Vec<u32> = self.active.iter().copied().filter(|&n| self.is_port(n)).collect();
+        let mut ports: Vec<u32> = self.settling.active.iter().copied().filter(|&n| self.is_port(n)).collect();
         ports.sort_unstable();
         ports.dedup();
         let netlist = self.netlist;
@@ -47,7 +47,7 @@ impl CompiledEngine<'_> {
     }
 
     pub(crate) fn stored(&self, number: u32) -> Stored {
-        self.wiring.stored[number as usize]
+        self.layout.stored[number as usize]
     }
 
     pub(crate) fn is_port(&self, number: u32) -> bool {
@@ -68,8 +68,8 @@ impl CompiledEngine<'_> {
 
     /// Goes on from what memories hold in another engine, and from what their read ports have.
     pub(crate) fn take_contents(&mut self, from: &EventEngine) {
-        for i in 0..self.wiring.memories.len() {
-            let place = &self.wiring.memories[i];
+        for i in 0..self.layout.memories.len() {
+            let place = &self.layout.memories[i];
             let memory = memory_of(self.netlist, place.cell);
             if let Some(given) = from.contents(place.cell) {
                 self.memory[place.contents.index()..][..place.len as usize].copy_from_slice(given);
@@ -86,7 +86,7 @@ impl CompiledEngine<'_> {
     /// What a memory holds, laid out as [`Memory::contents`]; none of a cell that is no memory.
     #[must_use]
     pub fn contents(&self, cell: CellId) -> Option<&[Word]> {
-        let place = &self.wiring.memories[*self.wiring.memory_of.get(&cell)?];
+        let place = &self.layout.memories[*self.layout.memory_of.get(&cell)?];
         Some(&self.memory[place.contents.index()..][..place.len as usize])
     }
 
@@ -104,17 +104,17 @@ impl CompiledEngine<'_> {
 
     /// Changes words of the contents of a memory; wakes what reads them.
     fn write(&mut self, cell: CellId, puts: &[(usize, u64, Word)]) {
-        let number = self.wiring.memory_of[&cell];
-        let first = self.wiring.memories[number].contents.index();
+        let number = self.layout.memory_of[&cell];
+        let first = self.layout.memories[number].contents.index();
         let mut changed = false;
         for &(at, bits, new) in puts {
             let to = &mut self.memory[first + at];
             let new = merged(*to, bits, new);
             changed |= std::mem::replace(to, new) != new;
         }
-        if let Some(form) = self.current.filter(|_| changed).map(|n| &self.forms[n]) {
-            for &(word, bits) in &form.memory_wakes[number] {
-                *word_of(&mut self.memory, form.dirty + word) |= bits;
+        if let Some(variant) = self.variants.current.filter(|_| changed).map(|n| &self.variants.list[n]) {
+            for &(word, bits) in &variant.memory_wakes[number] {
+                *word_of(&mut self.memory, variant.dirty + word) |= bits;
             }
         }
     }

@@ -1,10 +1,10 @@
-//! Feedback step by step, by the functions of the cell room, as the event engine does it: for loops that take long to
-//! settle, or never do.
+//! Fixpoint iteration of a combinational loop, as the event engine does it: for loops whose unrolled iteration does not settle
+//! soon, or that oscillate.
 
 use std::ops::Range;
 
-use crate::compiled::lower::layout::Wiring;
-use crate::compiled::runtime::on_demand::{Held, Peeked};
+use crate::compiled::lower::layout::StateLayout;
+use crate::compiled::runtime::on_demand::{OnDemand, StateView};
 use crate::endless;
 use crate::netlist::{CellId, NetId, Netlist};
 use crate::value::Word;
@@ -12,11 +12,11 @@ use crate::value::word::words;
 
 /// What stepping needs room for.
 #[derive(Debug, Default)]
-pub(crate) struct Steps {
+pub(crate) struct Fixpoint {
     values: Vec<Word>,
 }
 
-impl Steps {
+impl Fixpoint {
     /// Steps a loop until it settles.
     ///
     /// # Errors
@@ -24,21 +24,21 @@ impl Steps {
     pub fn run(
         &mut self,
         netlist: &Netlist,
-        wiring: &Wiring,
+        layout: &StateLayout,
         memory: &mut [Word],
         group: usize,
     ) -> Result<(), Vec<NetId>> {
-        let cells = &wiring.loops[group];
+        let cells = &layout.loops[group];
         // what the loop reads beside itself does not change
-        let mut peeked = Peeked::new(netlist, wiring);
-        peeked.fill(&Held::state(netlist, wiring, memory), cells);
-        let mut old = snapshot(netlist, wiring, memory, cells);
+        let mut on_demand = OnDemand::new(netlist, layout);
+        on_demand.fill(&StateView::state(netlist, layout, memory), cells);
+        let mut old = snapshot(netlist, layout, memory, cells);
         let mut next_snapshot = 1;
         for step in 1..endless::STEPS {
-            if !self.step(netlist, wiring, memory, cells, &mut peeked) {
+            if !self.step(netlist, layout, memory, cells, &mut on_demand) {
                 return Ok(());
             }
-            let now = snapshot(netlist, wiring, memory, cells);
+            let now = snapshot(netlist, layout, memory, cells);
             if now == old {
                 break;
             }
@@ -47,25 +47,25 @@ impl Steps {
                 next_snapshot *= 2;
             }
         }
-        Err(self.endless(netlist, wiring, memory, cells, &mut peeked))
+        Err(self.endless(netlist, layout, memory, cells, &mut on_demand))
     }
 
     /// The nets of an endless loop that keep changing, the bits that do made x, as in the event engine.
     fn endless(
         &mut self,
         netlist: &Netlist,
-        wiring: &Wiring,
+        layout: &StateLayout,
         memory: &mut [Word],
         cells: &[CellId],
-        peeked: &mut Peeked,
+        on_demand: &mut OnDemand,
     ) -> Vec<NetId> {
-        let start = snapshot(netlist, wiring, memory, cells);
+        let start = snapshot(netlist, layout, memory, cells);
         let changing = endless::changing(&start, || {
-            self.step(netlist, wiring, memory, cells, peeked);
-            snapshot(netlist, wiring, memory, cells)
+            self.step(netlist, layout, memory, cells, on_demand);
+            snapshot(netlist, layout, memory, cells)
         });
         let (mut changing, mut nets, used) = (changing.into_iter(), Vec::new(), netlist.used());
-        for (net, slots) in places(netlist, wiring, cells) {
+        for (net, slots) in places(netlist, layout, cells) {
             let mut any = 0;
             for (word, bits) in memory[slots].iter_mut().zip(&mut changing) {
                 *word = word.with_x(bits);
@@ -76,7 +76,7 @@ impl Steps {
             }
         }
         for _ in 0..endless::SPREADING {
-            if !self.step(netlist, wiring, memory, cells, peeked) {
+            if !self.step(netlist, layout, memory, cells, on_demand) {
                 break;
             }
         }
@@ -87,19 +87,19 @@ impl Steps {
     fn step(
         &mut self,
         netlist: &Netlist,
-        wiring: &Wiring,
+        layout: &StateLayout,
         memory: &mut [Word],
         cells: &[CellId],
-        peeked: &mut Peeked,
+        on_demand: &mut OnDemand,
     ) -> bool {
         self.values.clear();
         for &cell in cells {
-            for value in peeked.outputs(&Held::state(netlist, wiring, memory), cell) {
+            for value in on_demand.outputs(&StateView::state(netlist, layout, memory), cell) {
                 self.values.extend(value);
             }
         }
         let (mut at, mut changed) = (0, false);
-        for (_, slots) in places(netlist, wiring, cells) {
+        for (_, slots) in places(netlist, layout, cells) {
             let new = &self.values[at..at + slots.len()];
             at += slots.len();
             changed |= memory[slots.clone()] != *new;
@@ -112,17 +112,17 @@ impl Steps {
 /// The nets of some cells' outputs, which are all state, each with its slots.
 pub(crate) fn places<'a>(
     netlist: &'a Netlist,
-    wiring: &'a Wiring,
+    layout: &'a StateLayout,
     cells: &'a [CellId],
 ) -> impl Iterator<Item = (NetId, Range<usize>)> + 'a {
     let pins = move |&cell: &CellId| (0..netlist.cell(cell).kind.outputs().len()).map(move |pin| (cell, pin));
     cells.iter().flat_map(pins).map(move |(cell, pin)| {
         let net = netlist.output(cell, pin);
-        let slot = wiring.slot[net.index()].expect("what loops have has a place").index();
+        let slot = layout.slot[net.index()].expect("what loops have has a place").index();
         (net, slot..slot + words(netlist.net(net).width))
     })
 }
 
-fn snapshot(netlist: &Netlist, wiring: &Wiring, memory: &[Word], cells: &[CellId]) -> Vec<Word> {
-    places(netlist, wiring, cells).flat_map(|(_, slots)| memory[slots].iter().copied()).collect()
+fn snapshot(netlist: &Netlist, layout: &StateLayout, memory: &[Word], cells: &[CellId]) -> Vec<Word> {
+    places(netlist, layout, cells).flat_map(|(_, slots)| memory[slots].iter().copied()).collect()
 }

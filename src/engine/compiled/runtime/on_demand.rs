@@ -1,20 +1,19 @@
-//! The value of a net that nothing keeps: computed when it is asked for, by the functions of the cell room, from inputs
-//! and state.
+//! On-demand evaluation: the value of a net that memory does not hold, computed from inputs and state when somebody asks.
 
 use std::cell::{OnceCell, RefCell};
 
 use crate::cell::pin::memory::{RD_ADDR, RD_ARST};
 use crate::cell::{CellKind, Memory, evaluate};
-use crate::compiled::lower::layout::Wiring;
+use crate::compiled::lower::layout::StateLayout;
 use crate::compiled::lower::part;
 use crate::netlist::{CellId, Driver, NetId, Netlist, Slice};
 use crate::value::Word;
 use crate::value::word::{copy, words};
 
 /// What is kept: inputs and state, what memories hold, and further nets.
-pub(crate) struct Held<'a> {
+pub(crate) struct StateView<'a> {
     pub netlist: &'a Netlist,
-    pub wiring: &'a Wiring,
+    pub layout: &'a StateLayout,
     pub memory: &'a [Word],
     pub keeps: Keeps<'a>,
 }
@@ -27,20 +26,20 @@ pub(crate) enum Keeps<'a> {
     These(&'a [bool]),
 }
 
-impl<'a> Held<'a> {
+impl<'a> StateView<'a> {
     /// Inputs and state alone.
-    pub fn state(netlist: &'a Netlist, wiring: &'a Wiring, memory: &'a [Word]) -> Held<'a> {
-        Held { netlist, wiring, memory, keeps: Keeps::Nothing }
+    pub fn state(netlist: &'a Netlist, layout: &'a StateLayout, memory: &'a [Word]) -> StateView<'a> {
+        StateView { netlist, layout, memory, keeps: Keeps::Nothing }
     }
 
     pub fn net(&self, net: NetId) -> Option<&'a [Word]> {
-        let slot = self.wiring.slot[net.index()]?;
+        let slot = self.layout.slot[net.index()]?;
         let keeps = match self.keeps {
             Keeps::Nothing => false,
             Keeps::All => true,
             Keeps::These(list) => list[net.index()],
         };
-        if !keeps && !self.wiring.leaves.contains(slot) {
+        if !keeps && !self.layout.leaves.contains(slot) {
             return None;
         }
         Some(&self.memory[slot.index()..][..words(self.netlist.net(net).width)])
@@ -70,18 +69,18 @@ enum Want {
 
 /// What has been asked for since anything changed.
 #[derive(Debug)]
-pub(crate) struct Peeked {
+pub(crate) struct OnDemand {
     /// Of nets, and then of the read ports of memories.
     values: Vec<OnceCell<Box<[Word]>>>,
     nets: usize,
     filled: RefCell<Vec<usize>>,
 }
 
-impl Peeked {
-    pub fn new(netlist: &Netlist, wiring: &Wiring) -> Peeked {
+impl OnDemand {
+    pub fn new(netlist: &Netlist, layout: &StateLayout) -> OnDemand {
         let nets = netlist.nets().len();
-        let ports: usize = wiring.memories.iter().map(|m| m.ports.len()).sum();
-        Peeked { values: vec![OnceCell::new(); nets + ports], nets, filled: RefCell::default() }
+        let ports: usize = layout.memories.iter().map(|m| m.ports.len()).sum();
+        OnDemand { values: vec![OnceCell::new(); nets + ports], nets, filled: RefCell::default() }
     }
 
     /// Forgets all.
@@ -91,21 +90,21 @@ impl Peeked {
         }
     }
 
-    fn number(&self, h: &Held<'_>, want: Want) -> usize {
+    fn number(&self, h: &StateView<'_>, want: Want) -> usize {
         match want {
             Want::Net(net) => net.index(),
             Want::Port(cell, port) => {
-                let place = &h.wiring.memories[h.wiring.memory_of[&cell]];
+                let place = &h.layout.memories[h.layout.memory_of[&cell]];
                 self.nets + (place.first_port + port) as usize
             }
         }
     }
 
-    fn value(&self, h: &Held<'_>, want: Want) -> Option<&[Word]> {
+    fn value(&self, h: &StateView<'_>, want: Want) -> Option<&[Word]> {
         self.values[self.number(h, want)].get().map(AsRef::as_ref)
     }
 
-    fn keep(&self, h: &Held<'_>, want: Want, value: Vec<Word>) {
+    fn keep(&self, h: &StateView<'_>, want: Want, value: Vec<Word>) {
         let number = self.number(h, want);
         if self.values[number].set(value.into()).is_ok() {
             self.filled.borrow_mut().push(number);
@@ -113,7 +112,7 @@ impl Peeked {
     }
 
     /// The value of a net.
-    pub fn read<'a>(&'a self, h: &Held<'a>, net: NetId) -> &'a [Word] {
+    pub fn read<'a>(&'a self, h: &StateView<'a>, net: NetId) -> &'a [Word] {
         if let Some(value) = h.net(net) {
             return value;
         }
@@ -134,7 +133,7 @@ impl Peeked {
     }
 
     /// What something is computed from.
-    fn needs(&self, h: &Held<'_>, want: Want, push: &mut dyn FnMut(Want)) {
+    fn needs(&self, h: &StateView<'_>, want: Want, push: &mut dyn FnMut(Want)) {
         let mut slices = |slices: &[Slice]| {
             for s in slices.iter().filter(|s| !h.netlist.constants().covers(s) && h.net(s.net).is_none()) {
                 match h.memory(s.net) {
@@ -170,7 +169,7 @@ impl Peeked {
     }
 
     /// Some bits of nets; those of which only a clock edge reads need not be there.
-    fn gather(&self, h: &Held<'_>, slices: &[Slice], to: &mut [Word]) {
+    fn gather(&self, h: &StateView<'_>, slices: &[Slice], to: &mut [Word]) {
         let mut at = 0;
         for s in slices {
             let constant = h.netlist.constants().covers(s).then(|| h.netlist.constants().net(s.net));
@@ -194,7 +193,7 @@ impl Peeked {
         }
     }
 
-    fn evaluate(&self, h: &Held<'_>, want: Want) {
+    fn evaluate(&self, h: &StateView<'_>, want: Want) {
         let net = match want {
             Want::Net(net) => net,
             Want::Port(cell, port) => return self.keep(h, want, self.port(h, cell, port)),
@@ -217,9 +216,9 @@ impl Peeked {
     }
 
     /// What a read port of a memory gives.
-    fn port(&self, h: &Held<'_>, cell: CellId, port: u32) -> Vec<Word> {
+    fn port(&self, h: &StateView<'_>, cell: CellId, port: u32) -> Vec<Word> {
         let CellKind::Memory(m) = &h.netlist.cell(cell).kind else { unreachable!("only memories have ports") };
-        let place = &h.wiring.memories[h.wiring.memory_of[&cell]];
+        let place = &h.layout.memories[h.layout.memory_of[&cell]];
         let one = |pin, width: u32| {
             let mut to = [Word::ZERO];
             self.gather(h, &part(h.netlist.input(cell, pin), port * width, width), &mut to);
@@ -235,7 +234,7 @@ impl Peeked {
     }
 
     /// The outputs of a cell, what it reads being there.
-    pub fn outputs(&self, h: &Held<'_>, cell: CellId) -> Vec<Vec<Word>> {
+    pub fn outputs(&self, h: &StateView<'_>, cell: CellId) -> Vec<Vec<Word>> {
         let kind = &h.netlist.cell(cell).kind;
         let ins: Vec<Vec<Word>> = (0..kind.inputs().len())
             .map(|pin| {
@@ -261,10 +260,10 @@ impl Peeked {
     }
 
     /// Computes what some cells read that is no state.
-    pub fn fill(&mut self, h: &Held<'_>, cells: &[CellId]) {
+    pub fn fill(&mut self, h: &StateView<'_>, cells: &[CellId]) {
         let mut found: Vec<(NetId, Vec<Word>)> = Vec::new();
         {
-            let scratch = Peeked::new(h.netlist, h.wiring);
+            let scratch = OnDemand::new(h.netlist, h.layout);
             for &cell in cells {
                 for pin in 0..h.netlist.cell(cell).kind.inputs().len() {
                     for s in h.netlist.input(cell, pin).iter().filter(|s| !h.netlist.constants().covers(s)) {

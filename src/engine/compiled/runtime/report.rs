@@ -1,26 +1,26 @@
-//! How a run went.
+//! How a run went, for `-v`.
 
 use std::fmt;
 
 /// How a run went, in the compiled engine's own terms.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct EngineReport {
-    /// Waves in which all state and inputs were known.
+    /// Phases in which all state and inputs were known.
     pub known: u64,
-    /// Waves in which some state was taken to be unknown, and the rest to be known.
+    /// Phases in which some state was taken to be unknown, and the rest to be known.
     pub mixed: u64,
-    /// Waves in the four-valued form.
+    /// Phases in the four-valued variant.
     pub four_valued: u64,
-    /// Forms that were compiled.
-    pub forms: u64,
-    /// Waves that ran on state packed into words.
+    /// How many variants were compiled.
+    pub variants: u64,
+    /// Phases that ran on state packed into words.
     pub packed: u64,
 }
 
 impl EngineReport {
-    /// How many waves there were.
+    /// How many phases there were.
     #[must_use]
-    pub fn waves(&self) -> u64 {
+    pub fn phases(&self) -> u64 {
         self.known + self.mixed + self.four_valued
     }
 }
@@ -28,7 +28,7 @@ impl EngineReport {
 impl fmt::Display for EngineReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let EngineReport { known, mixed, four_valued, .. } = *self;
-        write!(f, "engine compiled, {} waves: {known} all known, ", self.waves())?;
+        write!(f, "engine compiled, {} waves: {known} all known, ", self.phases())?;
         if mixed > 0 {
             write!(f, "{mixed} with some unknown, ")?;
         }

@@ -1,12 +1,12 @@
-//! What has changed, written down by the ticks themselves: a run whose nets are traced stays in the loop of its clock.
+//! The log of traced nets, to which generated code itself appends: a traced run stays in the loop of its clock.
 //!
-//! A tick appends a record (see [`value::changes`](crate::value::changes)) to a list in memory: each value goes where the
-//! next one belongs, and only if it is another than before does the next one go behind it. So there is no branch, and
-//! nothing is left to be compared. Waves that are made in chunks have their changes written down here.
+//! An edge appends a record (see [`value::changes`](crate::value::changes)): each value is stored where the next one belongs,
+//! and only if it has changed does that place move on. So there is no branch, and nothing is compared afterwards. Changes of
+//! phases that run in partitions are appended here.
 
 use crate::compiled::codegen::trace::{END, RECORDS, ROOM, TIME, WAIT};
 use crate::compiled::ir::places::{PlaneWord, Slot};
-use crate::compiled::runtime::variants::Wanted;
+use crate::compiled::runtime::variants::Request;
 use crate::compiled::runtime::{CompiledEngine, word_of};
 use crate::value::Word;
 use crate::value::changes::{self, Written};
@@ -16,7 +16,7 @@ use crate::{Field, Log};
 /// Words with which the log counts as long.
 const LONG: usize = ROOM / 2;
 
-/// When ticks happen that follow each other.
+/// When edges happen that follow each other.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Times {
     pub first: u64,
@@ -49,10 +49,10 @@ impl Numbers {
 pub(crate) struct Tracing {
     /// Whether each of the observed nets is traced.
     pub nets: Vec<bool>,
-    /// Those that have changed in this wave, except in ticks.
+    /// Those that have changed in this phase, except in edges.
     pub changed: Numbers,
     pub log: Log,
-    /// The shape of what is written down after a wave, and its first field for each of the observed nets.
+    /// The shape of what is written down after a phase, and its first field for each of the observed nets.
     shape: usize,
     first: Vec<u32>,
     /// Where generated code puts its records.
@@ -82,7 +82,7 @@ impl Tracing {
         self.log.words.truncate(before + count);
     }
 
-    /// Before ticks: makes room for at least one round, says when they happen; returns for how many rounds there is room.
+    /// Before edges: makes room for at least one round, says when they happen; returns for how many rounds there is room.
     pub fn begin(&mut self, memory: &mut [Word], place: Option<PlaneWord>, longest: usize, at: Times) -> u64 {
         let Some(place) = place else { return u64::MAX };
         let room =
@@ -98,14 +98,20 @@ impl Tracing {
 }
 
 impl CompiledEngine<'_> {
-    pub(crate) fn wanted(&self) -> Wanted<'_> {
-        let shapes = self.tracing.log.shapes.len();
-        Wanted { wiring: &self.wiring, kept: &self.kept, shared: self.shared, chunk: self.chunk, shapes }
+    pub(crate) fn request(&self) -> Request<'_> {
+        let shapes = self.observation.tracing.log.shapes.len();
+        Request {
+            layout: &self.layout,
+            kept: &self.observation.kept,
+            shared: self.variants.shared,
+            partition: self.variants.partition_size,
+            shapes,
+        }
     }
 
-    /// Gives the log its place, and what waves write down its shape.
+    /// Gives the log its place, and what phases write down its shape.
     pub(crate) fn prepare_log(&mut self) {
-        let t = &mut self.tracing;
+        let t = &mut self.observation.tracing;
         if !t.nets.contains(&true) {
             return;
         }
@@ -116,12 +122,12 @@ impl CompiledEngine<'_> {
             *word_of(memory, place + END) = (place + RECORDS).index() as u64 * 8;
             place
         });
-        self.shared.log = Some(place);
+        self.variants.shared.log = Some(place);
         let mut fields: Vec<Field> = Vec::new();
         t.first.clear();
-        for (&net, _) in self.observed_nets.iter().zip(&t.nets) {
+        for (&net, _) in self.observation.nets.iter().zip(&t.nets) {
             t.first.push(fields.len() as u32);
-            let count = words(self.wiring.widths[net.index()]) as u32;
+            let count = words(self.layout.widths[net.index()]) as u32;
             fields.extend((0..count).map(|word| Field { net, word, written: Written::Both }));
         }
         t.shape = t.log.shapes.len();
@@ -130,20 +136,20 @@ impl CompiledEngine<'_> {
 
     /// Has what generated code has written down in the log.
     pub(crate) fn take_log(&mut self) {
-        self.tracing.take(&mut self.memory);
+        self.observation.tracing.take(&mut self.memory);
     }
 
-    /// Writes down the traced nets that have changed in this wave.
+    /// Writes down the traced nets that have changed in this phase.
     #[inline(always)]
     pub(crate) fn write_down(&mut self) {
-        if self.tracing.changed.any {
-            self.write_wave();
+        if self.observation.tracing.changed.any {
+            self.write_phase();
         }
     }
 
-    fn write_wave(&mut self) {
+    fn write_phase(&mut self) {
         self.take_log();
-        let t = &mut self.tracing;
+        let t = &mut self.observation.tracing;
         t.changed.any = false;
         let (fields, memory) = (&t.log.shapes[t.shape], &self.memory);
         let mut changed = Vec::new();
@@ -153,12 +159,12 @@ impl CompiledEngine<'_> {
                 let number = i * 64 + bits.trailing_zeros() as usize;
                 bits &= bits - 1;
                 let first = t.first[number] as usize;
-                let net = self.observed_nets[number];
-                let slot = self.wiring.slot[net.index()].expect("what is traced has a place").index();
-                let count = words(self.wiring.widths[net.index()]);
+                let net = self.observation.nets[number];
+                let slot = self.layout.slot[net.index()].expect("what is traced has a place").index();
+                let count = words(self.layout.widths[net.index()]);
                 changed.extend((0..count).map(|k| (first + k, memory[slot + k], Written::Both)));
             }
         }
-        changes::write(&mut t.log.words, t.shape, self.now, fields.len(), changed.into_iter());
+        changes::write(&mut t.log.words, t.shape, self.clocks.now, fields.len(), changed.into_iter());
     }
 }

@@ -1,67 +1,67 @@
-//! Forms of a circuit in machine code: the four-valued one, and those for which some or all of the state is known.
+//! Variants of a circuit in machine code: the four-valued one, and those for which some or all of the state is known.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use crate::Field;
 use crate::compiled::CompileError;
-use crate::compiled::codegen::machine::{Circle, Machine};
+use crate::compiled::codegen::machine::{EdgeLoop, Machine};
 use crate::compiled::codegen::trace;
 use crate::compiled::codegen::{self, Shared, dirty_bit};
 use crate::compiled::ir::graph::Map;
 use crate::compiled::ir::places::{PlaneWord, Slot};
-use crate::compiled::ir::plan::{Plan, Root};
-use crate::compiled::lower::layout::{Kept, StatePlaces, Wiring};
+use crate::compiled::ir::schedule::{Root, Schedule};
+use crate::compiled::lower::layout::{Kept, StateLayout, StatePlaces};
 use crate::compiled::lower::{Level, Lowered, lower};
-use crate::compiled::passes::cycle::Period;
-use crate::compiled::passes::edge::{Source, Tick, fuse};
+use crate::compiled::passes::cycle::Cycle;
+use crate::compiled::passes::edge::{EdgeCode, Source, straighten};
 use crate::compiled::passes::partition::partition;
 use crate::compiled::runtime::{WARM, WARM_NODES};
 use crate::netlist::Netlist;
 
-/// How many nodes go into a chunk.
-pub(crate) const DEFAULT_CHUNK: usize = 160;
-/// Pieces of a long tick are so many times as long.
-pub(crate) const PIECE: usize = 10;
+/// How many nodes go into a partition.
+pub(crate) const PARTITION_SIZE: usize = 160;
+/// Pieces of a long edge are so many times as long.
+pub(crate) const FUNCTION_SIZE: usize = 10;
 
 /// What is wanted of a netlist.
 #[derive(Debug)]
-pub(crate) struct Wanted<'w> {
-    pub wiring: &'w Wiring,
+pub(crate) struct Request<'w> {
+    pub layout: &'w StateLayout,
     /// Nets whose values may have to be kept.
     pub kept: &'w [Kept],
     pub shared: Shared,
-    /// Nodes in a chunk, at most.
-    pub chunk: usize,
+    /// Nodes in a partition, at most.
+    pub partition: usize,
     /// How many shapes of records there are.
     pub shapes: usize,
 }
 
-/// The ticks of one input in machine code: to 1, to 0, and the two in a circle.
+/// The edges of one input in machine code: to 1, to 0, and the two in a loop.
 #[derive(Debug)]
-pub(crate) struct Ticks {
-    pub single: [Circle; 2],
-    pub circle: Circle,
+pub(crate) struct EdgeLoops {
+    pub single: [EdgeLoop; 2],
+    pub edge_loop: EdgeLoop,
     /// The most that they write down, in words.
     pub longest: usize,
     /// The fields of their records, until they are given to the log.
     pub shapes: Vec<Box<[Field]>>,
     /// The two in one step on packed state, made when a run turns out to be long.
-    pub period: Option<Option<Box<Period>>>,
-    up: Tick,
-    down: Tick,
+    pub cycle: Option<Option<Box<Cycle>>>,
+    up: EdgeCode,
+    down: EdgeCode,
 }
 
-impl Ticks {
-    /// The period, if it can be made.
-    pub fn period(&mut self, groups: &[Vec<(u8, PlaneWord)>], piece: usize, end: &mut u32) -> Option<&mut Period> {
-        let Ticks { up, down, .. } = self;
-        self.period.get_or_insert_with(|| Period::new(&[up, down], groups, piece, end).map(Box::new)).as_deref_mut()
+impl EdgeLoops {
+    /// The cycle, if it can be made.
+    pub fn cycle(&mut self, groups: &[Vec<(u8, PlaneWord)>], piece: usize, end: &mut u32) -> Option<&mut Cycle> {
+        let EdgeLoops { up, down, .. } = self;
+        self.cycle.get_or_insert_with(|| Cycle::new(&[up, down], groups, piece, end).map(Box::new)).as_deref_mut()
     }
 }
 
-/// One form.
+/// One variant.
 #[derive(Debug)]
-pub(crate) struct Form {
+pub(crate) struct Variant {
     pub machine: Machine,
     pub settling: usize,
     /// Where its dirty bits begin.
@@ -82,41 +82,41 @@ pub(crate) struct Form {
     pub doubtful: Vec<u32>,
     /// For each net whether it is kept.
     pub keeps: Vec<bool>,
-    /// What ticks are made from, if it is small enough, and those that have been made; none where one cannot be.
+    /// What edges are made from, if it is small enough, and those that have been made; none where one cannot be.
     lowered: Option<Lowered>,
-    ticks: Map<Slot, Option<Ticks>>,
-    /// The loop that is stepped in each settling chunk, if one is.
+    edge_loops: Map<Slot, Option<EdgeLoops>>,
+    /// The loop that is stepped in each settling partition, if one is.
     pub groups: Vec<Option<u32>>,
-    /// How many waves have run in this form, and after how many ticks are made.
-    pub waves: u64,
+    /// How many phases have run in this variant, and after how many edges are made.
+    pub phases: u64,
     pub warm: u64,
     /// Single bits of state that people see as words: lanes and value planes.
-    pub buses: Rc<[Vec<(u8, PlaneWord)>]>,
+    pub buses: Arc<[Vec<(u8, PlaneWord)>]>,
 }
 
-/// Nodes up to which ticks are made in one piece.
-const FUSED: usize = 400_000;
+/// Nodes up to which edges are made as straight code.
+const MOST_NODES: usize = 400_000;
 
-impl Form {
-    /// Compiles a form in which `unknown` slots of state, or all, may hold x or z. `end` is how many slots of memory are
+impl Variant {
+    /// Compiles a variant in which `unknown` slots of state, or all, may hold x or z. `end` is how many slots of memory are
     /// taken, and is moved.
     pub fn new(
         netlist: &Netlist,
-        w: &Wanted<'_>,
+        w: &Request<'_>,
         unknown: Option<Vec<Slot>>,
         end: &mut u32,
-    ) -> Result<Form, CompileError> {
+    ) -> Result<Variant, CompileError> {
         let may = |slot: Slot| unknown.as_ref().is_none_or(|list| list.binary_search(&slot).is_ok());
-        let lowered = lower(netlist, &StatePlaces { wiring: w.wiring, unknown: &may });
+        let lowered = lower(netlist, &StatePlaces { layout: w.layout, unknown: &may });
         let graph = &lowered.graph;
-        let doubtful = w.wiring.controls.iter().enumerate().filter(|(_, (bit, _))| {
+        let doubtful = w.layout.controls.iter().enumerate().filter(|(_, (bit, _))| {
             let word = lowered.nets[bit.net.index()][bit.lo as usize / 64];
             !graph.is(word.u, 0)
         });
         let doubtful: Vec<u32> = doubtful.map(|(i, _)| i as u32).collect();
         let mut keeps = vec![false; lowered.nets.len()];
         w.kept.iter().for_each(|k| keeps[k.net.index()] |= k.always);
-        doubtful.iter().for_each(|&i| keeps[w.wiring.controls[i as usize].0.net.index()] = true);
+        doubtful.iter().for_each(|&i| keeps[w.layout.controls[i as usize].0.net.index()] = true);
         let (settling, sampled) = roots(&lowered, w, &may, &keeps);
         let mut spare: Option<PlaneWord> = None;
         let fresh = || {
@@ -127,29 +127,29 @@ impl Form {
                 plane
             })
         };
-        let plan = partition(graph, &settling, &sampled, w.chunk, fresh);
+        let schedule = partition(graph, &settling, &sampled, w.partition, fresh);
         let dirty = Slot::at(*end as usize).value();
-        let late = plan.chunks.len() - plan.settling;
-        *end += (plan.settling.div_ceil(64) + late.div_ceil(64)) as u32 / 2 + 1;
+        let late = schedule.partitions.len() - schedule.settling;
+        *end += (schedule.settling.div_ceil(64) + late.div_ceil(64)) as u32 / 2 + 1;
         if *end > 1 << 26 {
             return Err(CompileError::TooLarge);
         }
-        let machine = codegen::compile(graph, &plan, Shared { dirty, ..w.shared })?;
+        let machine = codegen::compile(graph, &schedule, Shared { dirty, ..w.shared })?;
         let (mut wakes_start, mut wakes) = (vec![0], Vec::new());
-        for slot in w.wiring.leaves.iter() {
-            wakes.extend(woken(&plan, slot));
+        for slot in w.layout.leaves.iter() {
+            wakes.extend(woken(&schedule, slot));
             wakes_start.push(wakes.len() as u32);
         }
-        let memory_wakes = w.wiring.memories.iter().map(|m| woken(&plan, m.contents)).collect();
-        let first_leaf = w.wiring.leaves.start;
-        let constants = plan.constants.iter().map(|(root, n)| (root.plane, *n, root.observed)).collect();
-        let fixed = plan.constants.iter().filter(|(root, _)| w.wiring.leaves.contains(root.plane.slot()));
+        let memory_wakes = w.layout.memories.iter().map(|m| woken(&schedule, m.contents)).collect();
+        let first_leaf = w.layout.leaves.start;
+        let constants = schedule.constants.iter().map(|(root, n)| (root.plane, *n, root.observed)).collect();
+        let fixed = schedule.constants.iter().filter(|(root, _)| w.layout.leaves.contains(root.plane.slot()));
         let fixed = fixed.map(|(root, n)| (root.plane, *n)).collect();
         let warm = WARM + (graph.len() / WARM_NODES) as u64;
-        let small = unknown.is_some() && graph.len() <= FUSED;
-        Ok(Form {
+        let small = unknown.is_some() && graph.len() <= MOST_NODES;
+        Ok(Variant {
             machine,
-            settling: plan.settling,
+            settling: schedule.settling,
             dirty,
             wakes_start,
             wakes,
@@ -161,11 +161,11 @@ impl Form {
             doubtful,
             keeps,
             lowered: small.then_some(lowered),
-            ticks: Map::default(),
-            groups: plan.chunks.iter().map(|c| c.group).collect(),
-            waves: 0,
+            edge_loops: Map::default(),
+            groups: schedule.partitions.iter().map(|c| c.group).collect(),
+            phases: 0,
             warm,
-            buses: buses(netlist, w.wiring).into(),
+            buses: buses(netlist, w.layout).into(),
         })
     }
 
@@ -176,65 +176,72 @@ impl Form {
         &self.wakes[self.wakes_start[at] as usize..self.wakes_start[at + 1] as usize]
     }
 
-    /// Whether a slot of state may be unknown in this form.
+    /// Whether a slot of state may be unknown in this variant.
     pub fn allows(&self, slot: Slot) -> bool {
         self.unknown.as_ref().is_none_or(|list| list.binary_search(&slot).is_ok())
     }
 
-    /// The ticks of an input, in machine code; made when they are first asked for.
-    pub fn ticks(&mut self, netlist: &Netlist, w: &Wanted<'_>, input: Slot, end: &mut u32) -> Option<&mut Ticks> {
-        if !self.ticks.contains_key(&input) {
-            let made = self.make_ticks(netlist, w, input, end);
-            self.ticks.insert(input, made);
+    /// The edges of an input, in machine code; made when they are first asked for.
+    pub fn edge_loops(
+        &mut self,
+        netlist: &Netlist,
+        w: &Request<'_>,
+        input: Slot,
+        end: &mut u32,
+    ) -> Option<&mut EdgeLoops> {
+        if !self.edge_loops.contains_key(&input) {
+            let made = self.make_edge_loops(netlist, w, input, end);
+            self.edge_loops.insert(input, made);
         }
-        self.ticks.get_mut(&input)?.as_mut()
+        self.edge_loops.get_mut(&input)?.as_mut()
     }
 
-    fn make_ticks(&self, netlist: &Netlist, w: &Wanted<'_>, input: Slot, end: &mut u32) -> Option<Ticks> {
+    fn make_edge_loops(&self, netlist: &Netlist, w: &Request<'_>, input: Slot, end: &mut u32) -> Option<EdgeLoops> {
         let lowered = self.lowered.as_ref()?;
         let kept: Vec<Kept> = w.kept.iter().copied().filter(|k| self.keeps[k.net.index()]).collect();
         let allows = |slot: Slot| self.allows(slot);
-        let tick =
-            |level| fuse(&Source { netlist, lowered, wiring: w.wiring, kept: &kept, allows: &allows, input, level });
-        let (mut up, mut down) = (tick(true)?, tick(false)?);
+        let edge = |level| {
+            straighten(&Source { netlist, lowered, layout: w.layout, kept: &kept, allows: &allows, input, level })
+        };
+        let (mut up, mut down) = (edge(true)?, edge(false)?);
         let mut shapes = Vec::new();
-        for tick in [&mut up, &mut down] {
-            tick.record.shape = w.shapes + shapes.len();
-            shapes.push(tick.record.fields());
+        for edge in [&mut up, &mut down] {
+            edge.record.shape = w.shapes + shapes.len();
+            shapes.push(edge.record.fields());
         }
         let longest = up.record.longest() + down.record.longest();
         if longest > trace::ROOM {
             return None;
         }
         let first = *end;
-        let mut make = |ticks: &[&Tick]| {
+        let mut make = |edges: &[&EdgeCode]| {
             // what pieces leave each other lies at the same place in all: only one of them runs
             let mut next = 2 * first;
             let fresh = || {
                 next += 1;
                 PlaneWord::at(next - 1)
             };
-            let made = codegen::compile_circle(ticks, w.chunk * PIECE, w.shared, fresh).ok();
+            let made = codegen::compile_loop(edges, w.partition * FUNCTION_SIZE, w.shared, fresh).ok();
             *end = (*end).max(next.div_ceil(2));
             made
         };
-        let (single, circle) = ([make(&[&down])?, make(&[&up])?], make(&[&up, &down])?);
-        Some(Ticks { single, circle, longest, shapes, period: None, up, down })
+        let (single, edge_loop) = ([make(&[&down])?, make(&[&up])?], make(&[&up, &down])?);
+        Some(EdgeLoops { single, edge_loop, longest, shapes, cycle: None, up, down })
     }
 
-    /// Does without the ticks of an input.
-    pub fn forget_ticks(&mut self, input: Slot) {
-        self.ticks.insert(input, None);
+    /// Discards the straight code of an input: it bailed out too often.
+    pub fn discard_edges(&mut self, input: Slot) {
+        self.edge_loops.insert(input, None);
     }
 }
 
 /// Single bits of state that have names as bits of a word, each bit once.
-fn buses(netlist: &Netlist, wiring: &Wiring) -> Vec<Vec<(u8, PlaneWord)>> {
+fn buses(netlist: &Netlist, layout: &StateLayout) -> Vec<Vec<(u8, PlaneWord)>> {
     let mut all: Vec<Vec<(u8, PlaneWord)>> = Vec::new();
     for signal in netlist.signal_ids().filter(|&s| netlist.signal(s).width > 1) {
         let (mut lane, mut bits) = (0u32, Vec::new());
         for slice in netlist.bits(signal) {
-            let slot = wiring.slot[slice.net.index()].filter(|slot| wiring.leaves.contains(*slot));
+            let slot = layout.slot[slice.net.index()].filter(|slot| layout.leaves.contains(*slot));
             if let Some(slot) = slot
                 && netlist.net(slice.net).width == 1
             {
@@ -261,10 +268,10 @@ fn buses(netlist: &Netlist, wiring: &Wiring) -> Vec<Vec<(u8, PlaneWord)>> {
 }
 
 /// The dirty words and bits that a change of a slot sets.
-fn woken(plan: &Plan, slot: Slot) -> Vec<(u32, u64)> {
+fn woken(schedule: &Schedule, slot: Slot) -> Vec<(u32, u64)> {
     let mut wakes: Vec<(u32, u64)> = Vec::new();
-    for &chunk in plan.readers.get(&slot).map_or(&[][..], Vec::as_slice) {
-        let (word, bit) = dirty_bit(plan.settling, chunk);
+    for &partition in schedule.readers.get(&slot).map_or(&[][..], Vec::as_slice) {
+        let (word, bit) = dirty_bit(schedule.settling, partition);
         match wakes.iter_mut().find(|l| l.0 == word) {
             Some(found) => found.1 |= bit,
             None => wakes.push((word, bit)),
@@ -274,7 +281,7 @@ fn woken(plan: &Plan, slot: Slot) -> Vec<(u32, u64)> {
 }
 
 /// What is wanted in memory once settled, and before an edge.
-fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(Slot) -> bool, keeps: &[bool]) -> (Vec<Root>, Vec<Root>) {
+fn roots(l: &Lowered, w: &Request<'_>, may: &dyn Fn(Slot) -> bool, keeps: &[bool]) -> (Vec<Root>, Vec<Root>) {
     let (mut settling, mut sampled) = (Vec::new(), Vec::new());
     let mut observed = vec![None; l.nets.len()];
     for k in w.kept {
@@ -289,23 +296,23 @@ fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(Slot) -> bool, keeps: &[bool]
                 node: two.v,
                 plane: slot.value(),
                 observed,
-                alarm: false,
+                guard: false,
                 shared: false,
                 group: *group,
                 again: false,
                 state: true,
             };
             settling.push(root);
-            settling.push(Root { node: two.u, plane: slot.unknown(), alarm: !may(slot), ..root });
+            settling.push(Root { node: two.u, plane: slot.unknown(), guard: !may(slot), ..root });
         }
         if let Some(group) = group.filter(|_| l.levels.get(number + 1).is_none_or(|next| next.group != *group)) {
-            let (node, plane) = (l.unsettled[group as usize], w.wiring.unsettled[group as usize].value());
+            let (node, plane) = (l.unsettled[group as usize], w.layout.unsettled[group as usize].value());
             let (observed, group) = (None, Some(group));
             settling.push(Root {
                 node,
                 plane,
                 observed,
-                alarm: false,
+                guard: false,
                 shared: false,
                 group,
                 again: true,
@@ -314,8 +321,8 @@ fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(Slot) -> bool, keeps: &[bool]
         }
     }
     for &Kept { net, observed: bit, .. } in w.kept.iter().filter(|k| keeps[k.net.index()]) {
-        let slot = w.wiring.slot[net.index()].expect("what is kept has a place");
-        if is_level[net.index()] || w.wiring.leaves.contains(slot) {
+        let slot = w.layout.slot[net.index()].expect("what is kept has a place");
+        if is_level[net.index()] || w.layout.leaves.contains(slot) {
             continue;
         }
         for (i, two) in (0..).zip(&l.nets[net.index()]) {
@@ -323,7 +330,7 @@ fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(Slot) -> bool, keeps: &[bool]
                 node: two.v,
                 plane: (slot + i).value(),
                 observed: bit,
-                alarm: false,
+                guard: false,
                 shared: true,
                 group: None,
                 again: false,
@@ -333,14 +340,14 @@ fn roots(l: &Lowered, w: &Wanted<'_>, may: &dyn Fn(Slot) -> bool, keeps: &[bool]
             settling.push(Root { node: two.u, plane: (slot + i).unknown(), ..root });
         }
     }
-    for (next, stored) in l.next.iter().zip(&w.wiring.stored) {
+    for (next, stored) in l.next.iter().zip(&w.layout.stored) {
         debug_assert_eq!((next.cell, next.value.len()), (stored.cell, stored.sampled as usize));
         for (i, two) in (0..).zip(&next.value) {
             let root = Root {
                 node: two.v,
                 plane: (stored.stage + i).value(),
                 observed: None,
-                alarm: false,
+                guard: false,
                 shared: false,
                 group: None,
                 again: false,

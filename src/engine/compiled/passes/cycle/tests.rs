@@ -11,11 +11,12 @@ fn a_cycle_is_its_edges_one_after_the_other() {
         let size = 10 + r.below(60);
         // both read the same program, of which each makes other state
         let mut p = Program::random(&mut r, size);
-        let mut chunks = [p.chunk(&mut r), p.chunk(&mut r)];
-        for store in chunks.iter_mut().flat_map(|c| &mut c.stores) {
-            store.compared = !store.alarm && r.below(6) == 0;
+        let mut partitions = [p.partition(&mut r), p.partition(&mut r)];
+        for store in partitions.iter_mut().flat_map(|c| &mut c.stores) {
+            store.compared = !store.guard && r.below(6) == 0;
         }
-        let edges = chunks.map(|chunk| Tick { graph: p.graph.clone(), chunk, record: Record::default() });
+        let edges =
+            partitions.map(|partition| EdgeCode { graph: p.graph.clone(), partition, record: Record::default() });
         let Some(step) = compose(&[&edges[0], &edges[1]]) else {
             refused += 1;
             continue;
@@ -28,19 +29,19 @@ fn a_cycle_is_its_edges_one_after_the_other() {
                 .iter()
                 .map(|edge| {
                     let before = after.clone();
-                    let guard = run(&edge.graph, &edge.chunk, &mut after);
+                    let guard = run(&edge.graph, &edge.partition, &mut after);
                     let same = |s: &&Store| s.compared && before[s.plane.index()] != after[s.plane.index()];
-                    guard == Some(false) && !edge.chunk.stores.iter().any(|s| same(&s))
+                    guard == Some(false) && !edge.partition.stores.iter().any(|s| same(&s))
                 })
                 .collect();
-            if step.aborts.iter().any(|&n| now[n.index()] != 0) {
+            if step.bail_outs.iter().any(|&n| now[n.index()] != 0) {
                 left += 1;
                 continue;
             }
             taken += 1;
             assert_eq!(ran, [true, true], "seed {seed}");
             let stores = step.stores.iter().map(|&(plane, node)| Store::plain(node, plane)).collect();
-            let whole = Chunk { stores, puts: step.puts.clone(), ..Chunk::default() };
+            let whole = Partition { stores, puts: step.puts.clone(), ..Partition::default() };
             let mut found = memory.clone();
             assert_eq!(run(&step.graph, &whole, &mut found), Some(false));
             assert_eq!(found, after, "seed {seed}");

@@ -1,14 +1,14 @@
 use super::*;
-use crate::compiled::ir::interpreter::{Program, Random, run_plan, seeds, values};
+use crate::compiled::ir::interpreter::{Program, Random, run_schedule, seeds, values};
 
 fn root(node: Id, plane: PlaneWord, shared: bool) -> Root {
-    Root { node, plane, observed: None, alarm: false, shared, group: None, again: false, state: false }
+    Root { node, plane, observed: None, guard: false, shared, group: None, again: false, state: false }
 }
 
-/// Chunks of all sizes leave what the graph means, when all run and when only those do that a change wakes.
+/// Partitions of all sizes leave what the graph means, when all run and when only those do that a change wakes.
 #[test]
 fn partitions_leave_what_the_graph_means() {
-    let (mut chunks, mut runs, mut skipped) = (0, 0, 0);
+    let (mut partitions, mut runs, mut skipped) = (0, 0, 0);
     for seed in 0..seeds(800) {
         let mut r = Random(seed ^ 0x9a27);
         let size = 10 + r.below(150);
@@ -24,18 +24,18 @@ fn partitions_leave_what_the_graph_means() {
         };
         let (settling, sampled) = (roots(&mut r), roots(&mut r));
         let limit = r.pick(&[1, 2, 7, 40, 1000]);
-        let plan = partition(g, &settling, &sampled, limit, &mut fresh);
-        chunks += plan.chunks.len();
-        assert!(plan.chunks.iter().all(|c| c.nodes.len() <= limit.max(1)));
+        let schedule = partition(g, &settling, &sampled, limit, &mut fresh);
+        partitions += schedule.partitions.len();
+        assert!(schedule.partitions.iter().all(|c| c.nodes.len() <= limit.max(1)));
         let mut memory = p.memory(&mut r);
         memory.resize(next as usize, 0);
-        plan.constants.iter().for_each(|(root, n)| memory[root.plane.index()] = *n);
-        let mut due = vec![true; plan.chunks.len()];
+        schedule.constants.iter().for_each(|(root, n)| memory[root.plane.index()] = *n);
+        let mut due = vec![true; schedule.partitions.len()];
         for round in 0..12 {
             let due_now = due.iter().filter(|d| **d).count();
-            run_plan(g, &plan, &mut due, &mut memory);
+            run_schedule(g, &schedule, &mut due, &mut memory);
             runs += due_now;
-            skipped += plan.chunks.len() - due_now;
+            skipped += schedule.partitions.len() - due_now;
             let expected = values(g, &memory);
             for root in settling.iter().chain(&sampled) {
                 let found = memory[root.plane.index()];
@@ -50,11 +50,11 @@ fn partitions_leave_what_the_graph_means() {
                 (plane, p.masks[plane], Slot::at(plane / 2))
             };
             memory[plane] = r.telling() & mask;
-            for &reader in plan.readers.get(&slot).into_iter().flatten() {
+            for &reader in schedule.readers.get(&slot).into_iter().flatten() {
                 due[reader as usize] = true;
             }
         }
     }
-    println!("{chunks} chunks, {runs} run and {skipped} not");
-    assert!(chunks > 2000 && skipped > runs);
+    println!("{partitions} partitions, {runs} run and {skipped} not");
+    assert!(partitions > 2000 && skipped > runs);
 }

@@ -1,9 +1,9 @@
 //! Carry chains among the gates of a graph: runs of stages in which a bit goes from one to the next as a carry does.
 //!
-//! Where `next = make | kill & carry` and `make` implies `kill`, the carries of a run are those of `kill + make`, whatever
-//! the gates are: for a full adder `kill` is `a | b` and `make` is `a & b`, for a counter `make` is 0, for a comparison
-//! one operand is inverted. A stage is found by going down from a bit through gates that do not invert it, so that
-//! `make` (the carry taken as 0) implies `kill` (taken as 1) by construction.
+//! Sound: where `next = make | kill & carry` and `make` implies `kill`, the carries of a run are those of `kill + make`, whatever
+//! the gates are: for a full adder `kill` is `a | b` and `make` is `a & b`, for a counter `make` is 0, for a comparison one
+//! operand is inverted. A stage is found by going down from a bit through gates that do not invert it, so that `make` (the
+//! carry taken as 0) implies `kill` (taken as 1) by construction.
 
 use std::hash::{Hash, Hasher};
 
@@ -98,7 +98,7 @@ fn kind(g: &Graph, n: Id) -> u32 {
 
 /// The word and the bit of it that a node is.
 pub(crate) fn bit_of(g: &Graph, n: Id) -> Option<(Id, u8)> {
-    if g.may(n) != 1 {
+    if g.possible_bits(n) != 1 {
         return None;
     }
     match g.op(n) {
@@ -126,7 +126,7 @@ pub(crate) fn lane_of(g: &Graph, lanes: &Map<PlaneWord, u8>, n: Id, depth: u32) 
 
 /// Ways down from a node: where they lead, what the gates on them look like.
 fn ways(g: &Graph, looks: &[u32], n: Id, depth: u32, so_far: u32, out: &mut Vec<(Id, u32)>) {
-    if g.may(n) != 1 || depth == 0 {
+    if g.possible_bits(n) != 1 || depth == 0 {
         return;
     }
     let of = |o: Id| looks[o.index()];
@@ -152,7 +152,7 @@ fn taken(g: &mut Graph, n: Id, bit: Id, depth: u32, way: &mut Vec<Id>) -> Option
     if n == bit {
         return Some([g.constant(0), g.constant(1)]);
     }
-    if depth == 0 || g.may(n) != 1 {
+    if depth == 0 || g.possible_bits(n) != 1 {
         return None;
     }
     let op = g.op(n);
@@ -195,7 +195,7 @@ pub(crate) fn find(g: &mut Graph, lanes: &Map<PlaneWord, u8>) -> Vec<Chain> {
     for n in g.ids() {
         found.clear();
         ways(g, &shapes, n, DEPTH, 0, &mut found);
-        for &(to, way) in found.iter().filter(|f| g.may(f.0) == 1) {
+        for &(to, way) in found.iter().filter(|f| g.possible_bits(f.0) == 1) {
             let goes_on = runs.get(&(to, way)).map_or(0, |r| r.0);
             let run = runs.entry((n, way)).or_insert((0, to));
             if goes_on + 1 > run.0 || goes_on + 1 == run.0 && lane(g, to) < lane(g, run.1) {
@@ -225,7 +225,7 @@ pub(crate) fn find(g: &mut Graph, lanes: &Map<PlaneWord, u8>) -> Vec<Chain> {
         for &(from, out) in &list {
             let Some([make, kill]) = taken(g, out, from, DEPTH + 1, &mut passed) else { break };
             debug_assert!(
-                (g.may(kill) | g.may(make)) & !1 == 0,
+                (g.possible_bits(kill) | g.possible_bits(make)) & !1 == 0,
                 "{:?} {:?} of {:?}",
                 g.op(kill),
                 g.op(make),
@@ -254,8 +254,8 @@ fn widen(g: &mut Graph, chain: &mut Chain) {
         // a counter's lowest bit
         _ if stages.iter().all(|s| g.is(s.make, 0)) => (base, zero, one),
         _ if stages.iter().all(|s| g.is(s.kill, 1)) => (one, base, zero),
-        // a half adder
-        Op::And(x, y) | Op::AndNot(x, y) if g.may(x) | g.may(y) != 1 => return,
+        // a plane word adder
+        Op::And(x, y) | Op::AndNot(x, y) if g.possible_bits(x) | g.possible_bits(y) != 1 => return,
         Op::And(x, y) if matches!(g.op(stages[0].make), Op::And(..)) => (g.or(x, y), base, zero),
         Op::AndNot(x, y) if matches!(g.op(stages[0].make), Op::AndNot(..)) => {
             let n = g.not(y, 1);

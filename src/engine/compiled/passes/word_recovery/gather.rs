@@ -1,7 +1,9 @@
-//! From below: operations alike on bits that lie side by side already become one, whether anybody asks for the result as
-//! a word or not: the multiplexers over the words of a register file, of which adders and comparisons take single bits.
+//! From below: equal operations on bits that lie side by side already become one, whether or not anybody asks for the result as
+//! a word: the multiplexers over the words of a register file, of which adders and comparisons take single bits.
+//!
+//! Sound: as for words that are asked for; a row that costs more than its bits one by one is left out.
 
-use super::{Class, Lanes, Pack};
+use super::{Class, Lanes, Recovery};
 use crate::compiled::ir::graph::{Id, Map, Op};
 use crate::compiled::passes::word_recovery::chains::bit_of;
 
@@ -32,7 +34,7 @@ struct Row {
 }
 
 struct Gather<'p, 'g> {
-    p: &'p Pack<'g>,
+    p: &'p Recovery<'g>,
     rows: Vec<Row>,
     /// The row and the lane of each node.
     at: Vec<(u32, u8)>,
@@ -40,7 +42,7 @@ struct Gather<'p, 'g> {
     alone: Vec<u32>,
 }
 
-impl Pack<'_> {
+impl Recovery<'_> {
     /// Makes words of what is worth it; `asked` are the nodes that words of state will be made of.
     pub(crate) fn gather(&mut self, nodes: &[Id], asked: impl Iterator<Item = Id>) {
         let mut alone = self.uses.clone();
@@ -68,7 +70,7 @@ impl Gather<'_, '_> {
         let mut rows: Map<(bool, Id), u32> = Map::default();
         for node in self.p.g.ids() {
             let (word, lane) = self.p.homes[node.index()];
-            let found = match bit_of(self.p.g, node).filter(|b| self.p.g.may(b.0) > 1) {
+            let found = match bit_of(self.p.g, node).filter(|b| self.p.g.possible_bits(b.0) > 1) {
                 _ if word != Id::NONE => Some((true, word, lane)),
                 Some((word, lane)) => Some((false, word, lane)),
                 None => None,

@@ -1,12 +1,13 @@
-//! Gates put together into operations on words: bits that are computed alike from bits that lie side by side are one
-//! operation on all of them, carry chains are additions, trees of gates over the bits of a word are comparisons.
+//! Word recovery: gates put together into operations on words. Bits that are computed alike from bits that lie side by side
+//! become one operation, carry chains additions, trees of gates over the bits of a word comparisons.
 //!
-//! State of one bit gets a lane of a word that it shares with others, by the names that people gave to buses. From what
-//! each such word becomes the way goes down: the operands of operations of one kind are words again, until they are bits
-//! that have a word already, or are the same in all lanes, or differ, and are put together one by one. Bits outside the
-//! lanes that are asked for are 0 in every word, so that parts join with an OR.
+//! Single bits of state get bit-slice lanes of a word that they share, by the names that people gave to buses. From what each
+//! such word becomes the way goes down: the operands of operations of one kind are words again, until they are bits that have
+//! a word already, or are the same in all lanes, or differ and are put together one by one.
 //!
-//! Operations that share a word depend on none of each other: they are of the same level, a chain being one node.
+//! Sound: a word holds in each of its lanes exactly the bit that was asked for there, and 0 in every other lane, so that parts
+//! join with an OR. Operations that share a word do not depend on each other: they are on one level, a chain being one node.
+//! Only nodes whose known-bits mask is 1 are bits.
 
 use crate::compiled::ir::graph::{Graph, Id, Map, Op};
 use crate::compiled::ir::places::PlaneWord;
@@ -36,7 +37,7 @@ pub(crate) const LEAST: usize = 3;
 
 /// The same with words of bits.
 #[derive(Debug)]
-pub(crate) struct Packed {
+pub(crate) struct Recovered {
     pub step: Step,
     pub places: Vec<Place>,
     #[cfg(test)]
@@ -73,7 +74,7 @@ enum Source {
     Alone(Id),
 }
 
-struct Pack<'g> {
+struct Recovery<'g> {
     g: &'g Graph,
     out: Graph,
     levels: Vec<u32>,
@@ -96,13 +97,13 @@ struct Pack<'g> {
 /// Packs a step, the single bits of state in the lanes of `groups`, from `least` bits of a kind on; `fresh` gives their
 /// words places. Tries what it is without some chains until `trials` nodes have been looked at. None where the logic is too
 /// deep for that.
-pub(crate) fn pack(
+pub(crate) fn recover(
     step: &mut Step,
     groups: &[Vec<(u8, PlaneWord)>],
     least: usize,
     trials: usize,
     fresh: &mut dyn FnMut() -> PlaneWord,
-) -> Option<Packed> {
+) -> Option<Recovered> {
     let lanes = groups.iter().flatten().map(|&(lane, plane)| (plane, lane)).collect();
     *step = in_rows(step, &lanes);
     let mut chains = chains::find(&mut step.graph, &lanes);
@@ -127,13 +128,13 @@ pub(crate) fn pack(
 }
 
 /// Packs a step that has these chains.
-fn attempt(step: &Step, uses: &[u32], places: &[Place], chains: &[Chain], least: usize) -> Option<Packed> {
+fn attempt(step: &Step, uses: &[u32], places: &[Place], chains: &[Chain], least: usize) -> Option<Recovered> {
     let g = &step.graph;
     let levels = level(g, chains);
     if levels.iter().copied().max().unwrap_or(0) > DEEPEST {
         return None;
     }
-    let mut p = Pack {
+    let mut p = Recovery {
         g,
         out: Graph::default(),
         looks: chains::looks(g, 3),
@@ -178,7 +179,7 @@ fn attempt(step: &Step, uses: &[u32], places: &[Place], chains: &[Chain], least:
         let node = p.bit(node);
         stores.push((plane, node));
     }
-    let aborts = step.aborts.iter().map(|&a| p.bit(a)).collect();
+    let bail_outs = step.bail_outs.iter().map(|&a| p.bit(a)).collect();
     let puts = step.puts.iter().map(|put| Put {
         index: p.bit(put.index),
         mask: p.bit(put.mask),
@@ -193,10 +194,10 @@ fn attempt(step: &Step, uses: &[u32], places: &[Place], chains: &[Chain], least:
         .flat_map(|n| [(n, p.scalars[n.index()], None), (n, p.homes[n.index()].0, Some(p.homes[n.index()].1))])
         .filter(|s| s.1 != Id::NONE)
         .collect();
-    Some(Packed {
+    Some(Recovered {
         #[cfg(test)]
         same,
-        step: Step { graph: p.out, stores, puts, aborts },
+        step: Step { graph: p.out, stores, puts, bail_outs },
         places: places.to_vec(),
         #[cfg(test)]
         chains: chains.len(),
@@ -248,7 +249,7 @@ fn level(g: &Graph, chains: &[Chain]) -> Vec<u32> {
     levels
 }
 
-impl Pack<'_> {
+impl Recovery<'_> {
     /// Notes which nodes come out of a chain.
     fn carries(&mut self) {
         for (number, chain) in (0..).zip(self.chains) {
@@ -264,7 +265,7 @@ impl Pack<'_> {
     /// Whether somebody has the sum of a stage.
     fn has_sum(&self, stage: &chains::Stage) -> bool {
         let sum = stage.sum;
-        self.uses[sum.index()] > 0 && self.g.may(sum) == 1 && !self.g.op(sum).is_leaf()
+        self.uses[sum.index()] > 0 && self.g.possible_bits(sum) == 1 && !self.g.op(sum).is_leaf()
     }
 
     /// Where a bit lies, if it has a lane of a word, or will have as soon as its chain is made.
@@ -273,7 +274,7 @@ impl Pack<'_> {
             if let Some(&chain) = self.of_chain.get(&node) {
                 self.chain(chain as usize);
             } else if let Some((word, lane)) = bit_of(self.g, node)
-                && self.g.may(word) > 1
+                && self.g.possible_bits(word) > 1
             {
                 self.homes[node.index()] = (self.bit(word), lane);
             }
@@ -337,14 +338,14 @@ impl Pack<'_> {
         let made = match g.op(node) {
             Op::Const(n) => self.out.constant(n),
             Op::Load(plane) => match self.homes[node.index()] {
-                (Id::NONE, _) => self.out.load(plane, g.may(node)),
+                (Id::NONE, _) => self.out.load(plane, g.possible_bits(node)),
                 (word, lane) => self.out.bits(word, lane.into(), 1),
             },
-            _ if g.may(node) == 1 && self.home(node).is_some() => {
+            _ if g.possible_bits(node) == 1 && self.home(node).is_some() => {
                 let (word, lane) = self.homes[node.index()];
                 self.out.bits(word, lane.into(), 1)
             }
-            Op::And(..) | Op::Or(..) | Op::AndNot(..) if g.may(node) == 1 => self.tree(node),
+            Op::And(..) | Op::Or(..) | Op::AndNot(..) if g.possible_bits(node) == 1 => self.tree(node),
             Op::Or(..) => self.joined(node),
             op => self.plainly(node, op),
         };
@@ -355,7 +356,7 @@ impl Pack<'_> {
     fn plainly(&mut self, node: Id, op: Op) -> Id {
         let operands: Vec<(Id, Id)> = op.operands().map(|o| (o, self.bit(o))).collect();
         let at = |o: Id| operands.iter().find(|p| p.0 == o).expect("it is an operand").1;
-        self.out.rebuild(op, self.g.may(node), at)
+        self.out.rebuild(op, self.g.possible_bits(node), at)
     }
 
     /// A word put together of bits.
@@ -368,8 +369,8 @@ impl Pack<'_> {
                     stack.extend([x, y]);
                     continue;
                 }
-                Op::Shl(x, k) if self.g.may(x) == 1 => (x, k),
-                _ if self.g.may(at) == 1 => (at, 0),
+                Op::Shl(x, k) if self.g.possible_bits(x) == 1 => (x, k),
+                _ if self.g.possible_bits(at) == 1 => (at, 0),
                 _ => {
                     rest.push(at);
                     continue;
@@ -396,12 +397,12 @@ impl Pack<'_> {
 
     /// What operations that are to share a word have in common; none for those that stay single.
     fn class(&self, node: Id) -> Option<Class> {
-        if self.g.may(node) != 1 {
+        if self.g.possible_bits(node) != 1 {
             return None;
         }
         Some(match self.g.op(node) {
-            Op::And(a, b) if self.g.may(a) | self.g.may(b) == 1 => Class::And,
-            Op::AndNot(a, b) if self.g.may(a) | self.g.may(b) == 1 => Class::AndNot,
+            Op::And(a, b) if self.g.possible_bits(a) | self.g.possible_bits(b) == 1 => Class::And,
+            Op::AndNot(a, b) if self.g.possible_bits(a) | self.g.possible_bits(b) == 1 => Class::AndNot,
             Op::Or(..) => Class::Or,
             Op::Xor(_, c) if self.g.is(c, 1) => Class::Not,
             Op::Xor(..) => Class::Xor,

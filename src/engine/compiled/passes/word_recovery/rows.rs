@@ -1,5 +1,7 @@
-//! Products and sums of growing sets of bits, as a counter's carries that look ahead are, laid in a row: each from the one
-//! that has one bit less.
+//! Products and sums of growing sets of bits, as in a look-ahead carry, laid in a row: each is made from the one that has one bit
+//! less, so that the row looks like a chain.
+//!
+//! Sound: AND and OR are associative and commutative, so any order of the bits of a set gives the same node value.
 
 use std::hash::{Hash, Hasher};
 
@@ -24,7 +26,7 @@ pub(crate) fn in_rows(step: &Step, lanes: &Map<PlaneWord, u8>) -> Step {
     let nodes = step.needed();
     let mut sets: Map<(bool, u64), ()> = Map::default();
     let mut of: Map<Id, (Kind, Vec<(Id, bool)>)> = Map::default();
-    for &node in nodes.iter().filter(|&&n| g.may(n) == 1) {
+    for &node in nodes.iter().filter(|&&n| g.possible_bits(n) == 1) {
         let mut bits = Vec::new();
         let kind = match g.op(node) {
             Op::And(..) | Op::AndNot(..) => {
@@ -49,7 +51,7 @@ pub(crate) fn in_rows(step: &Step, lanes: &Map<PlaneWord, u8>) -> Step {
     let mut map: Map<Id, Id> = Map::default();
     let at = |out: &mut Graph, map: &Map<Id, Id>, node: Id| match g.op(node) {
         Op::Const(n) => out.constant(n),
-        Op::Load(plane) => out.load(plane, g.may(node)),
+        Op::Load(plane) => out.load(plane, g.possible_bits(node)),
         _ => map[&node],
     };
     for node in nodes {
@@ -72,13 +74,14 @@ pub(crate) fn in_rows(step: &Step, lanes: &Map<PlaneWord, u8>) -> Step {
                 }
                 all.expect("there are some")
             }
-            _ => out
-                .rebuild(g.op(node), g.may(node), |o| operands.iter().find(|p| p.0 == o).expect("it is an operand").1),
+            _ => out.rebuild(g.op(node), g.possible_bits(node), |o| {
+                operands.iter().find(|p| p.0 == o).expect("it is an operand").1
+            }),
         };
         map.insert(node, made);
     }
     let stores = step.stores.iter().map(|&(plane, node)| (plane, at(&mut out, &map, node))).collect();
-    let aborts = step.aborts.iter().map(|&node| at(&mut out, &map, node)).collect();
+    let bail_outs = step.bail_outs.iter().map(|&node| at(&mut out, &map, node)).collect();
     let puts = step.puts.iter().map(|put| Put {
         index: at(&mut out, &map, put.index),
         mask: at(&mut out, &map, put.mask),
@@ -87,7 +90,7 @@ pub(crate) fn in_rows(step: &Step, lanes: &Map<PlaneWord, u8>) -> Step {
         ..*put
     });
     let puts = puts.collect();
-    Step { graph: out, stores, puts, aborts }
+    Step { graph: out, stores, puts, bail_outs }
 }
 
 fn sum_of(g: &Graph, node: Id, all: &mut Vec<(Id, bool)>) {

@@ -18,7 +18,7 @@ pub(crate) struct Step {
     pub stores: Vec<(PlaneWord, Id)>,
     /// What is written into memories.
     pub puts: Vec<Put>,
-    pub aborts: Vec<Id>,
+    pub bail_outs: Vec<Id>,
 }
 
 impl Step {
@@ -30,7 +30,7 @@ impl Step {
     /// The nodes that are stored, written or looked at.
     fn roots(&self) -> impl Iterator<Item = Id> {
         let puts = self.puts.iter().flat_map(Put::nodes);
-        self.stores.iter().map(|s| s.1).chain(self.aborts.iter().copied()).chain(puts)
+        self.stores.iter().map(|s| s.1).chain(self.bail_outs.iter().copied()).chain(puts)
     }
 
     /// How often each node is used by what counts.
@@ -53,7 +53,7 @@ impl Step {
     pub(crate) fn places(&self, groups: &[Vec<(u8, PlaneWord)>], fresh: &mut dyn FnMut() -> PlaneWord) -> Vec<Place> {
         let loads = self.loads();
         let becomes: Map<PlaneWord, Id> = self.stores.iter().copied().collect();
-        let single = |h: &PlaneWord| loads.get(h).is_none_or(|&n| self.graph.may(n) == 1);
+        let single = |h: &PlaneWord| loads.get(h).is_none_or(|&n| self.graph.possible_bits(n) == 1);
         let mut places: Vec<Place> = Vec::new();
         let mut taken: Map<PlaneWord, ()> = Map::default();
         for group in groups {

@@ -155,8 +155,8 @@ fn random(r: &mut Random) -> (Step, Groups, Vec<u64>) {
             stores.push((plane, node));
         }
     }
-    let aborts = vec![bits[r.below(bits.len())]];
-    (Step { graph: g, stores, puts: Vec::new(), aborts }, groups, masks)
+    let bail_outs = vec![bits[r.below(bits.len())]];
+    (Step { graph: g, stores, puts: Vec::new(), bail_outs }, groups, masks)
 }
 
 /// Random logic of buses, with adders in all shapes: what is stored is the same before and after.
@@ -167,9 +167,9 @@ fn packed_steps_do_the_same() {
     for seed in 0..seeds {
         let mut r = Random(seed);
         let (mut step, groups, masks) = random(&mut r);
-        let (plain, stores, aborts) = (std::mem::take(&mut step.graph), step.stores.clone(), step.aborts.clone());
+        let (plain, stores, bail_outs) = (std::mem::take(&mut step.graph), step.stores.clone(), step.bail_outs.clone());
         step.graph = Graph::default();
-        let copy = Step { graph: plain, stores: stores.clone(), puts: Vec::new(), aborts: aborts.clone() };
+        let copy = Step { graph: plain, stores: stores.clone(), puts: Vec::new(), bail_outs: bail_outs.clone() };
         let mut step = in_rows(&copy, &Map::default());
         let least = 2 + r.below(3);
         let mut end = masks.len() as u32;
@@ -178,10 +178,10 @@ fn packed_steps_do_the_same() {
             PlaneWord::at(end - 1)
         };
         let trials = if seed % 4 == 0 { TRIALS } else { 0 };
-        let packed = pack(&mut step, &groups, least, trials, &mut fresh).expect("it is not too deep");
+        let packed = recover(&mut step, &groups, least, trials, &mut fresh).expect("it is not too deep");
         if trials > 0 {
             let mut other = in_rows(&copy, &Map::default());
-            let all = pack(&mut other, &groups, least, 0, &mut fresh).expect("it is not too deep");
+            let all = recover(&mut other, &groups, least, 0, &mut fresh).expect("it is not too deep");
             assert!(packed.step.cost() <= all.step.cost(), "seed {seed}");
             fewer += all.chains - packed.chains;
         }
@@ -202,7 +202,7 @@ fn packed_steps_do_the_same() {
                 words[word.index()] = lanes.iter().fold(0, |all, &(lane, h)| all | memory[h.index()] << lane);
             }
             let new = values(&packed.step.graph, &words);
-            assert_eq!(old[aborts[0].index()], new[packed.step.aborts[0].index()], "seed {seed}");
+            assert_eq!(old[bail_outs[0].index()], new[packed.step.bail_outs[0].index()], "seed {seed}");
             let mid = values(&step.graph, &memory);
             for &(node, here, lane) in &packed.same {
                 let is = lane.map_or(new[here.index()], |lane| new[here.index()] >> lane & 1);
@@ -264,14 +264,14 @@ fn a_register_file_is_packed() {
             stores.push((PlaneWord::at(w * bits + b), g.select(enable, written, old)));
         }
     }
-    let mut step = Step { graph: g, stores, puts: Vec::new(), aborts: Vec::new() };
+    let mut step = Step { graph: g, stores, puts: Vec::new(), bail_outs: Vec::new() };
     let plain = step.needed().len();
     let mut end = first + 40;
     let mut fresh = || {
         end += 1;
         PlaneWord::at(end - 1)
     };
-    let packed = pack(&mut step, &groups, 3, TRIALS, &mut fresh).unwrap();
+    let packed = recover(&mut step, &groups, 3, TRIALS, &mut fresh).unwrap();
     let kinds = |step: &Step| step.needed().iter().filter(|&&n| matches!(step.graph.op(n), Op::Select(..))).count();
     // the last carry is not needed
     assert_eq!((plain, kinds(&step)), (56 + 64 + 4 * 8 - 2, 56 + 64 + 8));
@@ -304,14 +304,14 @@ fn a_long_or_is_a_comparison() {
         })
         .collect();
     stores.push((PlaneWord::at(words * bits + 1), any));
-    let mut step = Step { graph: g, stores, puts: Vec::new(), aborts: Vec::new() };
+    let mut step = Step { graph: g, stores, puts: Vec::new(), bail_outs: Vec::new() };
     assert_eq!(step.needed().len(), 47 + 48);
     let mut end = words * bits + 2;
     let mut fresh = || {
         end += 1;
         PlaneWord::at(end - 1)
     };
-    let packed = pack(&mut step, &groups, 3, 0, &mut fresh).unwrap();
+    let packed = recover(&mut step, &groups, 3, 0, &mut fresh).unwrap();
     // spread and AND for each word; a comparison for each and what joins them
     let nodes = packed.step.needed();
     assert_eq!(packed.chains, 0);
@@ -362,9 +362,9 @@ fn steps_of_all_operations_do_the_same() {
         let mut r = Random(seed ^ 0xa11);
         let size = 20 + r.below(80);
         let mut p = Program::random(&mut r, size);
-        let chunk = p.chunk(&mut r);
+        let partition = p.partition(&mut r);
         let stores: Vec<(PlaneWord, Id)> =
-            chunk.stores.iter().filter(|s| !s.alarm).map(|s| (s.plane, s.node)).collect();
+            partition.stores.iter().filter(|s| !s.guard).map(|s| (s.plane, s.node)).collect();
         let bits: Vec<PlaneWord> =
             (0..p.masks.len() as u32).map(PlaneWord::at).filter(|h| p.masks[h.index()] == 1).collect();
         let group: Vec<(u8, PlaneWord)> =
@@ -372,8 +372,8 @@ fn steps_of_all_operations_do_the_same() {
         let step = Step {
             graph: p.graph.clone(),
             stores: stores.clone(),
-            puts: chunk.puts.clone(),
-            aborts: chunk.aborts.clone(),
+            puts: partition.puts.clone(),
+            bail_outs: partition.bail_outs.clone(),
         };
         let mut rows = in_rows(&step, &Map::default());
         let mut end = p.room() as u32;
@@ -381,7 +381,7 @@ fn steps_of_all_operations_do_the_same() {
             end += 1;
             PlaneWord::at(end - 1)
         };
-        let Some(packed) = pack(&mut rows, &[group], 2, 0, &mut fresh) else { continue };
+        let Some(packed) = recover(&mut rows, &[group], 2, 0, &mut fresh) else { continue };
         seen += 1;
         packed_words += packed.places.len();
         for _ in 0..12 {
@@ -395,7 +395,7 @@ fn steps_of_all_operations_do_the_same() {
                 (values(&p.graph, &memory), values(&rows.graph, &memory), values(&packed.step.graph, &words));
             let is = |list: &[u64], n: Id| list[n.index()];
             for (which, now, then) in [("rows", &rows, &rowed), ("words", &packed.step, &new)] {
-                for (&a, &b) in step.aborts.iter().zip(&now.aborts) {
+                for (&a, &b) in step.bail_outs.iter().zip(&now.bail_outs) {
                     assert_eq!(is(&old, a), is(then, b), "{which}, seed {seed}");
                 }
                 for (a, b) in step.puts.iter().zip(&now.puts) {

@@ -1,9 +1,12 @@
-//! Trees of ANDs and ORs: those of their bits that lie in one word are compared with what they have to be, all at once.
+//! Trees of ANDs and ORs: those of their bits that lie in one word are compared with a pattern, all at once.
+//!
+//! Sound: a conjunction of literals of one word is true exactly where the masked word equals the pattern; a disjunction is the
+//! inverse of one. A tree is followed only through nodes that nothing else uses.
 
-use super::{Class, LEAST, Pack};
+use super::{Class, LEAST, Recovery};
 use crate::compiled::ir::graph::{Id, Op};
 
-impl Pack<'_> {
+impl Recovery<'_> {
     /// A tree of ANDs, or by inversion of ORs: bits that lie in one word are compared together.
     pub(crate) fn tree(&mut self, node: Id) -> Id {
         let is_or = matches!(self.g.op(node), Op::Or(..));
@@ -15,10 +18,10 @@ impl Pack<'_> {
                 && !self.of_chain.contains_key(&at)
                 && self.scalars[at.index()] == Id::NONE;
             match self.g.op(at) {
-                Op::And(x, y) if inside && holds && self.g.may(x) | self.g.may(y) == 1 => {
+                Op::And(x, y) if inside && holds && self.g.possible_bits(x) | self.g.possible_bits(y) == 1 => {
                     stack.extend([(y, true), (x, true)]);
                 }
-                Op::AndNot(x, y) if inside && holds && self.g.may(x) | self.g.may(y) == 1 => {
+                Op::AndNot(x, y) if inside && holds && self.g.possible_bits(x) | self.g.possible_bits(y) == 1 => {
                     stack.extend([(y, false), (x, true)]);
                 }
                 Op::Or(x, y) if inside && !holds => stack.extend([(y, false), (x, false)]),

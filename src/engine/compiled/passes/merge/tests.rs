@@ -3,8 +3,8 @@ use crate::compiled::codegen::{self, Shared};
 use crate::compiled::ir::graph::Graph;
 use crate::compiled::ir::interpreter::{Random, run};
 use crate::compiled::ir::record::Record;
-use crate::compiled::passes::edge::Tick;
-use crate::compiled::passes::split::split;
+use crate::compiled::passes::edge::EdgeCode;
+use crate::compiled::passes::outline::outline;
 use crate::value::Word;
 
 /// Halves of state of each part, where they begin, and how far it is from one part to the next.
@@ -15,7 +15,7 @@ const STRIDE: u32 = 17;
 const ELEMENTS: u64 = 16;
 const CONTENTS: u32 = 200;
 const NEXT: u32 = 23;
-/// Halves that all parts read, and those of the alarm.
+/// Halves that all parts read, and those of the guard.
 const COMMON: std::ops::Range<u32> = 2..8;
 const PARTS: usize = 6;
 
@@ -26,14 +26,14 @@ struct Recipe {
     /// One in how many constants is different in each part.
     varied: usize,
     puts: bool,
-    aborts: bool,
-    /// Whether the parts read a half of each other.
+    bail_outs: bool,
+    /// Whether the parts read a plane word of each other.
     neighbours: bool,
 }
 
-/// Part `number` of a tick. One that is `odd` has a node that the others do not have.
-fn part(recipe: &Recipe, number: usize, odd: bool, tick: &mut Tick) {
-    let Tick { graph: g, chunk, .. } = tick;
+/// Part `number` of an edge. One that is `odd` has a node that the others do not have.
+fn part(recipe: &Recipe, number: usize, odd: bool, edge: &mut EdgeCode) {
+    let EdgeCode { graph: g, partition, .. } = edge;
     let (mut r, mut other) = (Random(recipe.seed), Random(recipe.seed ^ (number as u64 + 1) << 32));
     let at = |number: usize| PlaneWord::at(FIRST + number as u32 * STRIDE);
     let slot = Slot::at((CONTENTS + number as u32 * NEXT) as usize);
@@ -81,46 +81,46 @@ fn part(recipe: &Recipe, number: usize, odd: bool, tick: &mut Tick) {
         nodes.push(g.mul(last, last));
     }
     let logic = &nodes[nodes.len() - recipe.nodes / 2..];
-    chunk.stores.extend((0..STATE).map(|i| Store::plain(logic[r.below(logic.len())], at(number) + i)));
+    partition.stores.extend((0..STATE).map(|i| Store::plain(logic[r.below(logic.len())], at(number) + i)));
     let rare = |r: &mut Random, g: &mut Graph| {
         let (node, n) = (logic[r.below(logic.len())], g.constant(0x7f));
         let low = g.and(node, n);
         g.eq(low, n)
     };
-    let alarm = rare(&mut r, g);
-    chunk.stores.push(Store { alarm: true, ..Store::plain(alarm, at(number) + STATE) });
+    let guard = rare(&mut r, g);
+    partition.stores.push(Store { guard: true, ..Store::plain(guard, at(number) + STATE) });
     if recipe.puts {
         let index = index(g, logic[r.below(logic.len())]);
         let mut pick = || logic[r.below(logic.len())];
-        chunk.puts.push(Put { slot, size: 3, index, mask: pick(), v: pick(), u: pick() });
+        partition.puts.push(Put { slot, size: 3, index, mask: pick(), v: pick(), u: pick() });
     }
-    if recipe.aborts {
-        chunk.aborts.push(rare(&mut r, g));
+    if recipe.bail_outs {
+        partition.bail_outs.push(rare(&mut r, g));
     }
 }
 
-fn tick(recipe: &Recipe, odd: usize) -> Tick {
-    let mut tick = Tick { graph: Graph::default(), chunk: Chunk::default(), record: Record::default() };
-    (0..PARTS).for_each(|number| part(recipe, number, number == odd, &mut tick));
-    let roots = tick.chunk.stores.iter().map(|s| s.node).chain(tick.chunk.puts.iter().flat_map(Put::nodes));
-    tick.chunk.nodes = tick.graph.needed(roots.chain(tick.chunk.aborts.iter().copied()));
-    tick
+fn edge(recipe: &Recipe, odd: usize) -> EdgeCode {
+    let mut edge = EdgeCode { graph: Graph::default(), partition: Partition::default(), record: Record::default() };
+    (0..PARTS).for_each(|number| part(recipe, number, number == odd, &mut edge));
+    let roots = edge.partition.stores.iter().map(|s| s.node).chain(edge.partition.puts.iter().flat_map(Put::nodes));
+    edge.partition.nodes = edge.graph.needed(roots.chain(edge.partition.bail_outs.iter().copied()));
+    edge
 }
 
-/// What a tick leaves in memory, and whether it may be followed by another; none if it is left.
-fn made(tick: &Tick, memory: &mut [u64]) -> Option<bool> {
-    let alarms: Vec<PlaneWord> = tick.chunk.stores.iter().filter(|s| s.alarm).map(|s| s.plane).collect();
-    let alarm = run(&tick.graph, &tick.chunk, memory)?;
+/// What an edge leaves in memory, and whether it may be followed by another; none if it is left.
+fn made(edge: &EdgeCode, memory: &mut [u64]) -> Option<bool> {
+    let guards: Vec<PlaneWord> = edge.partition.stores.iter().filter(|s| s.guard).map(|s| s.plane).collect();
+    let guard = run(&edge.graph, &edge.partition, memory)?;
     // the code leaves all of them joined there
-    memory[0] |= alarms.iter().fold(0, |all, &plane| all | memory[plane.index()]);
-    Some(!alarm)
+    memory[0] |= guards.iter().fold(0, |all, &plane| all | memory[plane.index()]);
+    Some(!guard)
 }
 
 /// Random parts, several times the same with other data and constants, one of them perhaps not: code that is shared does
 /// what the operations mean, as does code that is not in pieces.
 #[test]
 fn parts_that_are_alike_share_code() {
-    let (mut shared, mut constants, mut ticks, mut left) = (0, 0, 0, 0);
+    let (mut shared, mut constants, mut edges, mut left) = (0, 0, 0, 0);
     for seed in 0..200 {
         let mut r = Random(seed);
         let recipe = Recipe {
@@ -128,11 +128,11 @@ fn parts_that_are_alike_share_code() {
             nodes: 30 + r.below(120),
             varied: if r.below(3) == 0 { usize::MAX } else { 12 },
             puts: r.below(2) == 0,
-            aborts: r.below(2) == 0,
+            bail_outs: r.below(2) == 0,
             neighbours: r.below(3) == 0,
         };
         let odd = if r.below(3) == 0 { r.below(PARTS) } else { PARTS };
-        let tick = tick(&recipe, odd);
+        let edge = edge(&recipe, odd);
         let piece = [10, 60, 300][r.below(3)];
         let end = 2 * (CONTENTS + PARTS as u32 * NEXT);
         let mut next = end;
@@ -140,23 +140,23 @@ fn parts_that_are_alike_share_code() {
             next += 1;
             PlaneWord::at(next - 1)
         };
-        let plan = split(&tick, piece, &mut fresh);
-        let alike = same(&tick.graph, &plan, &mut fresh);
+        let schedule = outline(&edge, piece, &mut fresh);
+        let alike = merge(&edge.graph, &schedule, &mut fresh);
         shared += (0..).zip(&alike.calls).filter(|(number, call)| call.code != *number).count();
         constants += alike.constants.len();
-        let mut circle = |piece| codegen::compile_circle(&[&tick], piece, Shared::default(), &mut fresh).unwrap();
-        let circles = [circle(piece), circle(1 << 20)];
-        for circle in &circles {
+        let mut edge_loop = |piece| codegen::compile_loop(&[&edge], piece, Shared::default(), &mut fresh).unwrap();
+        let edge_loops = [edge_loop(piece), edge_loop(1 << 20)];
+        for edge_loop in &edge_loops {
             let mut memory: Vec<u64> = (0..end).map(|_| r.word()).collect();
             memory[0] = 0;
             let words = memory.chunks(2).map(|plane| Word { v: plane[0], u: plane[1] });
             let mut words: Vec<Word> = words.chain((end..next + 200).step_by(2).map(|_| Word::ZERO)).collect();
             for _ in 0..20 {
                 let rounds = 1 + r.below(9) as u64;
-                let done = circle.run(&mut words, rounds);
+                let done = edge_loop.run(&mut words, rounds);
                 let mut expected = 0;
                 while expected < rounds {
-                    let on = made(&tick, &mut memory);
+                    let on = made(&edge, &mut memory);
                     expected += u64::from(on.is_some());
                     if on != Some(true) {
                         break;
@@ -165,7 +165,7 @@ fn parts_that_are_alike_share_code() {
                 assert_eq!(done, expected, "seed {seed}");
                 let here: Vec<u64> = words.iter().flat_map(|w| [w.v, w.u]).take(end as usize).collect();
                 assert_eq!(here, memory, "seed {seed}");
-                ticks += done;
+                edges += done;
                 left += u64::from(done < rounds);
                 if done < rounds {
                     // it would be left again
@@ -178,6 +178,6 @@ fn parts_that_are_alike_share_code() {
             }
         }
     }
-    println!("{shared} pieces share code, {constants} constants; {ticks} ticks, left {left} times");
-    assert!(shared > 1000 && constants > 100 && ticks > 20_000 && left > 1000);
+    println!("{shared} pieces share code, {constants} constants; {edges} edges, left {left} times");
+    assert!(shared > 1000 && constants > 100 && edges > 20_000 && left > 1000);
 }

@@ -1,12 +1,14 @@
-//! Pieces of a tick that do the same on other data: circuits have parts that are alike, and one code does for all of them.
+//! Functions of an edge that do the same on other data, merged: a circuit of 64 equal computers is the code of one.
 //!
-//! What a piece reads and writes is told apart by how far the same lies from there in each of the others: what lies equally
-//! far is addressed from one base, which the code is given. State of parts that are alike lies in the same order, so there
-//! are few bases.
+//! What two functions address is told apart by its distance: all that lies equally far is addressed from one base, which the
+//! call passes. State of equal parts lies in the same order, so a few bases are enough. Constants that differ are loaded.
+//!
+//! Sound: functions are merged only if their operations are the same one by one, up to the places that they load and store and
+//! the values of constants, and if nothing in them tells of changes.
 
 use crate::compiled::ir::graph::{Graph, Id, Map, Op};
 use crate::compiled::ir::places::{PlaneWord, Slot};
-use crate::compiled::ir::plan::{Chunk, Plan};
+use crate::compiled::ir::schedule::{Partition, Schedule};
 use crate::compiled::ir::stores::Put;
 use crate::compiled::ir::stores::Store;
 
@@ -20,14 +22,14 @@ const VARIED: usize = 16;
 pub(crate) struct Call {
     /// The number of the piece.
     pub code: usize,
-    /// For each base how many halves its data lie after those of that piece. Base 0 is the same for all.
+    /// For each base how many plane words its data lie after those of that piece. Base 0 is the same for all.
     pub moved: Vec<i64>,
 }
 
 /// Where a code that is shared finds its data.
 #[derive(Clone, Default, Debug)]
 pub(crate) struct Data {
-    /// The base of each half that it reads or writes; of others it is base 0.
+    /// The base of each plane word that it reads or writes; of others it is base 0.
     pub base: Map<PlaneWord, usize>,
     /// Constants that lie in memory, since they are not the same in all that share it.
     pub constants: Map<Id, PlaneWord>,
@@ -35,7 +37,7 @@ pub(crate) struct Data {
 
 /// Pieces that share code.
 #[derive(Debug)]
-pub(crate) struct Same {
+pub(crate) struct Merged {
     /// For each piece whose code it runs.
     pub calls: Vec<Call>,
     /// For each piece where its own code finds its data.
@@ -61,11 +63,11 @@ struct Member {
 }
 
 /// Which pieces of a plan are alike. `fresh` gives places, one after another.
-pub(crate) fn same(graph: &Graph, plan: &Plan, mut fresh: impl FnMut() -> PlaneWord) -> Same {
+pub(crate) fn merge(graph: &Graph, schedule: &Schedule, mut fresh: impl FnMut() -> PlaneWord) -> Merged {
     let mut classes: Vec<Class> = Vec::new();
     let mut of_shape: Map<Vec<Part>, Vec<usize>> = Map::default();
-    for (number, chunk) in plan.chunks.iter().enumerate() {
-        let Some(Shape { parts, used, .. }) = Shape::of(graph, plan, chunk) else {
+    for (number, partition) in schedule.partitions.iter().enumerate() {
+        let Some(Shape { parts, used, .. }) = Shape::of(graph, schedule, partition) else {
             classes.push(Class::new(graph, number, Used::default()));
             continue;
         };
@@ -77,8 +79,8 @@ pub(crate) fn same(graph: &Graph, plan: &Plan, mut fresh: impl FnMut() -> PlaneW
         classes.push(Class::new(graph, number, used));
     }
     let own = |number| Call { code: number, moved: Vec::new() };
-    let calls = (0..plan.chunks.len()).map(own).collect();
-    let mut all = Same { calls, data: vec![Data::default(); plan.chunks.len()], constants: Vec::new() };
+    let calls = (0..schedule.partitions.len()).map(own).collect();
+    let mut all = Merged { calls, data: vec![Data::default(); schedule.partitions.len()], constants: Vec::new() };
     classes.into_iter().for_each(|class| class.finish(&mut all, &mut fresh));
     all
 }
@@ -121,7 +123,7 @@ impl Class {
     }
 
     /// Tells of its pieces, and lays down the constants that are not the same in all.
-    fn finish(self, all: &mut Same, mut fresh: impl FnMut() -> PlaneWord) {
+    fn finish(self, all: &mut Merged, mut fresh: impl FnMut() -> PlaneWord) {
         let code = self.members[0].number;
         let Data { base, constants } = &mut all.data[code];
         base.extend(self.first.planes.into_iter().zip(self.base));
@@ -154,19 +156,19 @@ impl Used {
     }
 }
 
-/// What a piece does, whatever data it does it on: nodes and halves by numbers of their own.
+/// What a piece does, whatever data it does it on: nodes and plane words by numbers of their own.
 #[derive(PartialEq, Eq, Hash, Debug)]
 enum Part {
     Node(Op),
     Constant,
-    Store { node: Id, plane: PlaneWord, alarm: bool },
+    Store { node: Id, plane: PlaneWord, guard: bool },
     Put(Put),
     Abort(Id),
 }
 
 struct Shape<'s> {
     graph: &'s Graph,
-    plan: &'s Plan,
+    schedule: &'s Schedule,
     /// The nodes of the piece.
     own: Map<Id, ()>,
     parts: Vec<Part>,
@@ -177,31 +179,31 @@ struct Shape<'s> {
 
 impl Shape<'_> {
     /// The shape of a piece, unless it tells of changes, each of which has a bit of its own, or is a loop.
-    fn of<'s>(graph: &'s Graph, plan: &'s Plan, chunk: &Chunk) -> Option<Shape<'s>> {
+    fn of<'s>(graph: &'s Graph, schedule: &'s Schedule, partition: &Partition) -> Option<Shape<'s>> {
         let plain = |s: &Store| !s.compared && !s.again && s.observed.is_none();
-        if chunk.group.is_some() || !chunk.stores.iter().all(plain) {
+        if partition.group.is_some() || !partition.stores.iter().all(plain) {
             return None;
         }
         let mut s = Shape {
             graph,
-            plan,
-            own: chunk.nodes.iter().map(|&node| (node, ())).collect(),
+            schedule,
+            own: partition.nodes.iter().map(|&node| (node, ())).collect(),
             parts: Vec::new(),
             used: Used::default(),
             plane_numbers: Map::default(),
             numbers: Map::default(),
         };
-        for store in &chunk.stores {
+        for store in &partition.stores {
             let (node, plane) = (s.node(store.node), s.plane(store.plane));
-            s.parts.push(Part::Store { node, plane, alarm: store.alarm });
+            s.parts.push(Part::Store { node, plane, guard: store.guard });
         }
-        for put in &chunk.puts {
+        for put in &partition.puts {
             let [index, mask, v, u] = put.nodes().map(|node| s.node(node));
             let slot = s.slot(put.slot);
             s.parts.push(Part::Put(Put { slot, index, mask, v, u, ..*put }));
         }
-        for &abort in &chunk.aborts {
-            let node = s.node(abort);
+        for &bail_out in &partition.bail_outs {
+            let node = s.node(bail_out);
             s.parts.push(Part::Abort(node));
         }
         Some(s)
@@ -244,7 +246,7 @@ impl Shape<'_> {
                     Part::Constant
                 }
                 Op::Load(plane) => Part::Node(Op::Load(self.plane(plane))),
-                _ if !self.own.contains_key(&at) => Part::Node(Op::Load(self.plane(self.plan.place[&at]))),
+                _ if !self.own.contains_key(&at) => Part::Node(Op::Load(self.plane(self.schedule.place[&at]))),
                 Op::Element { slot, index, size, plane } => {
                     Part::Node(Op::Element { slot: self.slot(slot), index: self.numbers[&index], size, plane })
                 }

@@ -1,4 +1,4 @@
-//! Nodes divided into chunks, each computed as one, and what is known of what they leave in memory.
+//! Nodes divided into partitions, each computed as one, in the order in which they run.
 
 use super::graph::{Id, Map};
 use super::places::{PlaneWord, Slot};
@@ -11,13 +11,13 @@ pub(crate) struct Root {
     pub plane: PlaneWord,
     /// The bit that a change sets, for a net that is observed.
     pub observed: Option<u32>,
-    /// Whether it is the unknown plane of state that this form takes to be known.
-    pub alarm: bool,
-    /// Whether later chunks may take it from there.
+    /// Whether it is the unknown plane of state that this variant takes to be known.
+    pub guard: bool,
+    /// Whether later partitions may take it from there.
     pub shared: bool,
-    /// The loop that it is of: nothing that comes after it is in its chunk.
+    /// The loop that it is of: nothing that comes after it is in its partition.
     pub group: Option<u32>,
-    /// Whether its chunk is to run again while it is not 0.
+    /// Whether its partition is to run again while it is not 0.
     pub again: bool,
     /// Whether it is state, which edges change too: then it is to become this again, even where the node, as folded, does
     /// not read the state.
@@ -26,26 +26,26 @@ pub(crate) struct Root {
 
 /// Nodes that are computed together, in order, and what they store.
 #[derive(Default, Debug)]
-pub(crate) struct Chunk {
+pub(crate) struct Partition {
     pub nodes: Vec<Id>,
     pub stores: Vec<Store>,
     /// The loop that is stepped in it.
     pub group: Option<u32>,
     /// Nodes that are 0 where it may be run.
-    pub aborts: Vec<Id>,
+    pub bail_outs: Vec<Id>,
     /// What it writes into memories, in order.
     pub puts: Vec<Put>,
 }
 
-/// Chunks in order, each after those that it reads.
+/// Partitions in order, each after those that it reads.
 #[derive(Default, Debug)]
-pub(crate) struct Plan {
-    pub chunks: Vec<Chunk>,
-    /// How many of the chunks are needed for a circuit to be settled; the others only before an edge.
+pub(crate) struct Schedule {
+    pub partitions: Vec<Partition>,
+    /// How many of the partitions are needed for a circuit to be settled; the others only before an edge.
     pub settling: usize,
-    /// Where nodes lie that one chunk computes and another uses.
+    /// Where nodes lie that one partition computes and another uses.
     pub place: Map<Id, PlaneWord>,
-    /// The chunks that read each slot of state.
+    /// The partitions that read each slot of state.
     pub readers: Map<Slot, Vec<u32>>,
     /// Roots that are constant.
     pub constants: Vec<(Root, u64)>,
