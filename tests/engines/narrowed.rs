@@ -101,7 +101,7 @@ impl Pair<'_> {
     }
 }
 
-/// A run in which the unknown register is read as it is in one of `every` bursts: how many forms were made, how many waves
+/// A run in which the unknown register is read as it is in one of `every` bursts: how many variants were made, how many waves
 /// took some state to be unknown and the rest to be known, how often the sum was unknown.
 fn compare(every: u64, longest: u64, bursts: usize) -> (u64, u64, u64) {
     let netlist = registers();
@@ -147,25 +147,25 @@ fn compare(every: u64, longest: u64, bursts: usize) -> (u64, u64, u64) {
         }
     }
     let report = pair.compiled.report();
-    (report.forms, report.mixed, was_unknown)
+    (report.variants, report.mixed, was_unknown)
 }
 
 #[test]
 fn a_form_is_made_anew_when_more_has_become_known() {
-    let (forms, mixed, was_unknown) = compare(u64::MAX, 400, 100);
-    println!("{forms} forms, {mixed} waves");
+    let (variants, mixed, was_unknown) = compare(u64::MAX, 400, 100);
+    println!("{variants} variants, {mixed} waves");
     assert_eq!(was_unknown, 0);
     // the four-valued one, one with half of the registers unknown, one with a single register unknown
-    assert_eq!(forms, 3);
+    assert_eq!(variants, 3);
     assert!(mixed > 10_000, "{mixed}");
 }
 
 #[test]
 fn what_became_known_may_become_unknown_again() {
     for every in [2, 5, 40] {
-        let (forms, mixed, was_unknown) = compare(every, 300, 300);
-        println!("one in {every}: {forms} forms, {mixed} waves, {was_unknown} times unknown");
+        let (variants, mixed, was_unknown) = compare(every, 300, 300);
+        println!("one in {every}: {variants} variants, {mixed} waves, {was_unknown} times unknown");
         assert!(was_unknown > 2, "{was_unknown}");
-        assert!(forms >= 3 && mixed > 10_000, "{forms} forms, {mixed} waves");
+        assert!(variants >= 3 && mixed > 10_000, "{variants} variants, {mixed} waves");
     }
 }

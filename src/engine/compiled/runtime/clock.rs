@@ -2,7 +2,7 @@
 
 use crate::Unsettled;
 use crate::compiled::ir::places::Slot;
-use crate::compiled::passes::cycle::SHORT;
+use crate::compiled::runtime::cycle::SHORT;
 use crate::compiled::runtime::tracing::Times;
 use crate::compiled::runtime::variants::{FUNCTION_SIZE, Request};
 use crate::compiled::runtime::{CompiledEngine, MOST_BAIL_OUTS, NEVER, PATIENCE, bit_of};

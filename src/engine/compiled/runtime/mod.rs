@@ -2,6 +2,7 @@
 
 mod clock;
 mod contents;
+pub(crate) mod cycle;
 pub(crate) mod feedback;
 mod narrow;
 pub(crate) mod on_demand;

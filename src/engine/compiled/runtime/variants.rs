@@ -12,9 +12,9 @@ use crate::compiled::ir::places::{PlaneWord, Slot};
 use crate::compiled::ir::schedule::{Root, Schedule};
 use crate::compiled::lower::layout::{Kept, StateLayout, StatePlaces};
 use crate::compiled::lower::{Level, Lowered, lower};
-use crate::compiled::passes::cycle::Cycle;
 use crate::compiled::passes::edge::{EdgeCode, Source, straighten};
 use crate::compiled::passes::partition::partition;
+use crate::compiled::runtime::cycle::Cycle;
 use crate::compiled::runtime::{WARM, WARM_NODES};
 use crate::netlist::Netlist;
 

@@ -1,5 +1,8 @@
 use super::*;
 use crate::compiled::ir::interpreter::{Program, Random, run, seeds, values};
+use crate::compiled::ir::record::Record;
+use crate::compiled::ir::schedule::Partition;
+use crate::compiled::ir::stores::Store;
 
 /// Two edges on the same state as one step: where nothing keeps the step from being taken, it leaves what the edges leave
 /// one after the other, and neither of them bails out, fails a guard, or changes what is observed.
