@@ -58,7 +58,7 @@ impl<A: Algebra> Sum<A> {
     }
 
     /// The carry or the borrow.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub fn carry(self, l: &mut A) -> A::Word {
         let carry = if l.known(self.sub).is_some() { self.carry } else { l.xor(self.carry, self.sub) };
         l.unless(self.unknown, carry, 1)
@@ -66,7 +66,7 @@ impl<A: Algebra> Sum<A> {
 }
 
 /// Adder, subtractor, or both.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn adder<A: Algebra>(l: &mut A, s: &mut impl Site<A>, op: AddOp, width: u32) {
     let sub = match op {
         AddOp::Add => l.literal(Word::ZERO),
@@ -89,7 +89,7 @@ pub fn adder<A: Algebra>(l: &mut A, s: &mut impl Site<A>, op: AddOp, width: u32)
 }
 
 /// The half adder of an XOR and an AND.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn half_adder<A: Algebra>(l: &mut A, s: &mut impl Site<A>) {
     let (a, b) = (s.get(binary::A, 0), s.get(binary::B, 0));
     let (sum, carry) = (l.xor4(a, b), l.and4(a, b));
@@ -98,7 +98,7 @@ pub fn half_adder<A: Algebra>(l: &mut A, s: &mut impl Site<A>) {
 }
 
 /// The full adder of two half adders and an OR.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn full_adder<A: Algebra>(l: &mut A, s: &mut impl Site<A>) {
     let (a, b, ci) = (s.get(add::A, 0), s.get(add::B, 0), s.get(add::CI, 0));
     let (half, both) = (l.xor4(a, b), l.and4(a, b));
@@ -109,7 +109,7 @@ pub fn full_adder<A: Algebra>(l: &mut A, s: &mut impl Site<A>) {
 }
 
 /// The value plane of a pin in `n` words, extended by its sign or by zeros.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn extended<A: Algebra>(
     l: &mut A,
     s: &impl Site<A>,
@@ -132,7 +132,7 @@ pub(super) fn extended<A: Algebra>(
 }
 
 /// Gives numbers, or x where `unknown` is 1.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn put_number<A: Algebra>(
     l: &mut A,
     s: &mut impl Site<A>,
@@ -149,7 +149,7 @@ pub(super) fn put_number<A: Algebra>(
 }
 
 /// The product, `a_width + b_width` bits.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn multiply<A: Algebra>(l: &mut A, s: &mut impl Site<A>, (a_width, b_width): (u32, u32), signed: bool) {
     let width = a_width + b_width;
     let n = A::words(width);

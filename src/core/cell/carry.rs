@@ -4,7 +4,7 @@ use super::algebra::{Algebra, Site, unknown};
 use super::pin::{alu, carry, ternary};
 
 /// Bit by bit `a + b + c`: the sums into `y`, the carries into `x`; both x where one of the three is unknown.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn carry_save<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
     for i in 0..A::words(width) {
         let ((a, au), (b, bu)) = (A::planes(s.get(ternary::A, i)), A::planes(s.get(ternary::B, i)));
@@ -22,7 +22,7 @@ pub(super) fn carry_save<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32
 }
 
 /// The carries of a chain that generates at `g` and propagates at `p`; all x where anything is unknown.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn chain<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
     let (p, g) = (unknown(l, s, carry::P, width), unknown(l, s, carry::G, width));
     let (mut carry, u) = A::planes(s.get(carry::CI, 0));
@@ -59,7 +59,7 @@ pub struct Alu {
 
 impl Alu {
     /// Word `i` of an operand of `from` bits, extended or cut to the width of the result.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn operand<A: Algebra>(&self, l: &mut A, s: &impl Site<A>, pin: usize, from: u32, i: usize) -> A::Word {
         let (n, m) = (A::words(from), A::mask(self.width, i));
         let (mut v, mut u) = if i < n {
@@ -81,7 +81,7 @@ impl Alu {
 
     /// `a + (b ^ bi) + ci`: the bitwise exclusive or into `x`, the sum into `y`, the carries into `co`. Sum and carries
     /// are all x where anything is unknown.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(super) fn add<A: Algebra>(&self, l: &mut A, s: &mut impl Site<A>) {
         let (a, b) = (unknown(l, s, alu::A, self.a_width), unknown(l, s, alu::B, self.b_width));
         let ((ci, ci_u), (bi, bi_u)) = (A::planes(s.get(alu::CI, 0)), A::planes(s.get(alu::BI, 0)));

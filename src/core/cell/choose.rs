@@ -17,7 +17,7 @@ pub struct Lines<A: Algebra> {
 }
 
 /// Looks at `inputs` lines, a bit each.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn lines<A: Algebra>(l: &mut A, inputs: u32, word: impl Fn(usize) -> A::Word) -> Lines<A> {
     let n = A::words(inputs);
     let (mut unknown, mut several, mut before) = (l.constant(0), l.constant(0), l.constant(0));
@@ -56,7 +56,7 @@ fn line<A: Algebra>(l: &mut A, word: &impl Fn(usize) -> A::Word, k: u32) -> A::P
 }
 
 /// One word of `a` where no line is 1, of input k where line k alone is; x where several are or one is unknown.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn one_hot_word<A: Algebra>(
     l: &mut A,
     inputs: u32,
@@ -90,7 +90,7 @@ pub fn one_hot_word<A: Algebra>(
 }
 
 /// A multiplexer with a line for each input.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn one_hot<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32, inputs: u32) {
     let lines = lines(l, inputs, |i| s.get(chosen::S, i));
     for i in 0..A::words(width) {
@@ -104,7 +104,7 @@ pub(super) fn one_hot<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32, i
 
 /// Output number `s` is `a`, the others 0. Where `s` is unknown, an output that it may mean has the bits on which `a` and
 /// 0 agree.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn demux<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32, select: u32) {
     let unknown = unknown(l, s, demux::S, select);
     let none = l.literal(Word::ZERO);
@@ -139,7 +139,7 @@ fn blend<A: Algebra>(l: &mut A, [a, b, c]: [A::Plane; 3], [of_a, of_b, of_c]: [A
 }
 
 /// Bit by bit `b` where `s` is 1 and `a` where it is 0; where it is unknown, the value on which both agree.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn bit_mux<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
     for i in 0..A::words(width) {
         let (a, b, select) = (s.get(chosen::A, i), s.get(chosen::B, i), s.get(chosen::S, i));
@@ -152,7 +152,7 @@ pub(super) fn bit_mux<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
 }
 
 /// Bit by bit 1 where both are the same of 0, 1, x and z, else 0.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn bit_same<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
     for i in 0..A::words(width) {
         let ((av, au), (bv, bu)) = (A::planes(s.get(binary::A, i)), A::planes(s.get(binary::B, i)));
@@ -166,7 +166,7 @@ pub(super) fn bit_same<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) 
 
 /// Whether all bits of some product are as it wants them. `table` has two bits for each input of each product: it wants
 /// a 0, it wants a 1. An unknown input is as either wants it: so Yosys' model has it.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn products<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32, table: &[(u64, u64)]) {
     let mut holds = l.constant(0);
     for product in table.chunks_exact(words(width)) {

@@ -31,7 +31,7 @@ pub struct Accumulator {
 }
 
 /// What the level-sensitive controls of a counter make of its state: reset before load.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn level<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
     let (to_d, reset) = (control(l, s, pin::ALOAD, None), control(l, s, pin::RESET, None));
     if to_d.is_none() && reset.is_none() {
@@ -47,7 +47,7 @@ pub fn level<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
 
 /// What a counter takes at its edge, where `when` is 1; `step` gives a word of how far it goes. An x or z on `down` while
 /// counting gives all x; on another control it counts as inactive.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn count<A: Algebra>(
     l: &mut A,
     s: &mut impl Site<A>,
@@ -81,14 +81,14 @@ pub fn count<A: Algebra>(
 }
 
 /// 1 where the state is 0, as the second output.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn zero<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
     let y = is_zero(l, width, |_, i| s.state(i));
     s.put(1, 0, y);
 }
 
 /// What the level-sensitive reset of an accumulator makes of its state.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn clear<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
     let reset = control(l, s, accumulator::RESET, None);
     if reset.is_none() {
@@ -102,7 +102,7 @@ pub fn clear<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
 }
 
 /// `q + d + ci`.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn accumulated<A: Algebra>(l: &mut A, s: &impl Site<A>, width: u32) -> Sum<A> {
     let mut unknown = l.constant(0);
     for i in 0..A::words(width) {
@@ -115,7 +115,7 @@ fn accumulated<A: Algebra>(l: &mut A, s: &impl Site<A>, width: u32) -> Sum<A> {
 }
 
 /// What an accumulator takes at its edge, where `when` is 1: `q + d + ci`.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn accumulate<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32, when: Option<A::Plane>) {
     let (en, reset) = (control(l, s, accumulator::EN, when), control(l, s, accumulator::RESET, when));
     if en.is_none() && reset.is_none() {
@@ -132,7 +132,7 @@ pub fn accumulate<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32, when:
 }
 
 /// The carry of `q + d + ci`, as the second output.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn carry<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
     let mut sum = accumulated(l, s, width);
     for i in 0..A::words(width) {

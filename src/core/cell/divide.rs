@@ -40,7 +40,7 @@ fn any<A: Algebra>(l: &mut A, a: &[A::Plane]) -> A::Plane {
 }
 
 /// `a - b` in whole words, and whether that is below 0.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn subtract<A: Algebra>(l: &mut A, a: &[A::Plane], b: &[A::Plane]) -> (Number<A>, A::Plane) {
     let mut borrow = l.constant(0);
     let difference = a.iter().zip(b).map(|(&a, &b)| {
@@ -57,7 +57,7 @@ fn select<A: Algebra>(l: &mut A, s: A::Plane, a: &[A::Plane], b: &[A::Plane]) ->
 }
 
 /// The negative of a number of `width` bits where `s` is 1.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn negated_if<A: Algebra>(l: &mut A, s: A::Plane, a: &[A::Plane], width: u32) -> Number<A> {
     if l.never(s) {
         return a.iter().copied().collect();
@@ -72,7 +72,7 @@ pub(super) fn negated_if<A: Algebra>(l: &mut A, s: A::Plane, a: &[A::Plane], wid
 }
 
 /// Quotient and remainder of numbers without a sign, a bit at a time; the divisor is not 0.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn divide_unsigned<A: Algebra>(l: &mut A, width: u32, a: &[A::Plane], b: &[A::Plane]) -> (Number<A>, Number<A>) {
     if a.len() == 1
         && let Some((q, r)) = l.quotient(a[0], b[0])
@@ -103,7 +103,7 @@ fn divide_unsigned<A: Algebra>(l: &mut A, width: u32, a: &[A::Plane], b: &[A::Pl
 }
 
 /// Divides numbers of `width` bits.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn divide<A: Algebra>(l: &mut A, s: &mut impl Site<A>, op: DivideOp, width: u32, signed: bool) {
     let (a, b) = (number(s, binary::A, width), number(s, binary::B, width));
     let some = any(l, &b);
@@ -144,7 +144,7 @@ pub(super) fn divide<A: Algebra>(l: &mut A, s: &mut impl Site<A>, op: DivideOp, 
 }
 
 /// The low words of a product.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn times<A: Algebra>(l: &mut A, a: &[A::Plane], b: &[A::Plane]) -> Number<A> {
     let (n, zero) = (a.len(), l.constant(0));
     let mut y: Number<A> = SmallVec::from_elem(zero, n);
@@ -168,7 +168,7 @@ fn is<A: Algebra>(l: &mut A, a: &[A::Plane], small: u64) -> A::Plane {
 
 /// `a` to the power of `b`, the low `width` bits. Below zero the power of a number other than 1 and -1 is 0, that of 0
 /// is x (IEEE 1364-2005, 5.1.5, table 5-6).
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn power<A: Algebra>(
     l: &mut A,
     s: &mut impl Site<A>,

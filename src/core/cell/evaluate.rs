@@ -1,4 +1,8 @@
 //! What a cell of each kind does with its pins: the one place that knows for every kind, in every [`Algebra`].
+//!
+//! The functions of a kind are inlined into whoever runs it, for lanes are compiled anew for each vector extension. A build
+//! with debug assertions leaves that to the compiler: without optimisation the variables of all kinds would lie side by side
+//! on the stack.
 
 use super::algebra::{Algebra, Site};
 use super::pin::unary;
@@ -10,7 +14,7 @@ use crate::value::Word;
 /// that.
 ///
 /// Clocks and delays act by time, and memories have words that are no pins: they do nothing here.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn act<A: Algebra>(l: &mut A, kind: &CellKind, s: &mut impl Site<A>) {
     match *kind {
         CellKind::Gate { op, width, inputs } => gate::gate(l, s, op, width, inputs),
@@ -64,13 +68,13 @@ pub fn act<A: Algebra>(l: &mut A, kind: &CellKind, s: &mut impl Site<A>) {
 }
 
 /// The set value and the reset value, word by word.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn values<A: Algebra>(f: &Flop) -> impl Fn(&mut A, usize) -> (A::Word, A::Word) {
     |l, i| (l.word_of(&f.set_value, i), l.word_of(&f.reset_value, i))
 }
 
 /// What the levels of a storage cell make of its state, as output 0.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn level<A: Algebra>(l: &mut A, kind: &CellKind, s: &mut impl Site<A>) {
     match kind {
         CellKind::Sr { set_dominates, .. } => storage::sr(l, s, *set_dominates),
@@ -85,7 +89,7 @@ pub fn level<A: Algebra>(l: &mut A, kind: &CellKind, s: &mut impl Site<A>) {
 }
 
 /// The output made of a state, as output 1; the state is that after its levels.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn derived<A: Algebra>(l: &mut A, kind: &CellKind, s: &mut impl Site<A>) {
     match kind {
         CellKind::Sr { init, .. } => storage::inverse(l, s, init.width()),
@@ -97,7 +101,7 @@ pub fn derived<A: Algebra>(l: &mut A, kind: &CellKind, s: &mut impl Site<A>) {
 }
 
 /// The state that a clocked cell takes at its active edge, as output 0; where `when` is given and not 1 the state stays.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn at_edge<A: Algebra>(l: &mut A, kind: &CellKind, when: Option<A::Plane>, s: &mut impl Site<A>) {
     match kind {
         CellKind::Flop(f) => storage::flop_edge(l, s, f.init.width(), when, values(f)),

@@ -105,7 +105,7 @@ pub fn gate_word<A: Algebra>(
 }
 
 /// `inputs` vectors of `width` bits, one after another, through a gate.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn gate<A: Algebra>(l: &mut A, s: &mut impl Site<A>, op: GateOp, width: u32, inputs: u32) {
     if width == 1 {
         let y = gate_word(l, op, A::words(inputs), 1, |l, i| reduce(l, op, s.get(IN, i), A::mask(inputs, i)));
@@ -125,7 +125,7 @@ pub fn and_or_step<A: Algebra>(l: &mut A, before: A::Word, input: A::Word, selec
 }
 
 /// The AND-OR multiplexer: `y = (in[0] & sel[0]) | (in[1] & sel[1]) | …`.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn and_or<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32, inputs: u32) {
     for i in 0..A::words(width) {
         let mut y = l.literal(Word::ZERO);
@@ -141,7 +141,7 @@ pub(super) fn and_or<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32, in
 }
 
 /// Whether no bit of what has been joined by OR is 1; x where that depends on an unknown one.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn is_zero<A: Algebra>(l: &mut A, width: u32, word: impl Fn(&mut A, usize) -> A::Word) -> A::Word {
     gate_word(l, GateOp::Nor, A::words(width), 1, |l, i| {
         let w = word(l, i);
@@ -158,7 +158,7 @@ pub fn majority_word<A: Algebra>(l: &mut A, a: A::Word, b: A::Word, c: A::Word) 
 }
 
 /// Bit by bit 1 where two or three of the inputs are.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn majority<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
     for i in 0..A::words(width) {
         let (a, b, c) = (s.get(ternary::A, i), s.get(ternary::B, i), s.get(ternary::C, i));

@@ -88,7 +88,7 @@ pub fn mux_word<A: Algebra>(
 }
 
 /// A multiplexer.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn mux<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32, inputs: u32) {
     let number = number(l, s, mux::S, select_width(inputs));
     for i in 0..A::words(width) {
@@ -101,7 +101,7 @@ pub(super) fn mux<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32, input
 
 /// A comparison. Sameness is always decided. Equality is decided as soon as one bit is certainly different; an order
 /// needs every bit.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn compare<A: Algebra>(l: &mut A, s: &mut impl Site<A>, op: CompareOp, width: u32, signed: bool) {
     let n = A::words(width);
     let (mut differs, mut unknown) = (l.constant(0), l.constant(0));
@@ -157,7 +157,7 @@ pub fn compare<A: Algebra>(l: &mut A, s: &mut impl Site<A>, op: CompareOp, width
 }
 
 /// `a` where `en` is 1, z where it is 0, x where it is unknown.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn tristate<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
     let en = s.get(tristate::EN, 0);
     let (one, zero) = (l.is_one(en), l.is_zero(en));
@@ -171,7 +171,7 @@ pub(super) fn tristate<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) 
 }
 
 /// What `inputs` drivers of one bus, one after another, make of it.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn resolve<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32, inputs: u32) {
     for i in 0..A::words(width) {
         let m = A::mask(width, i);

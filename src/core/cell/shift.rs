@@ -33,7 +33,7 @@ impl ShiftOp {
 }
 
 /// The amount as a number of bits to the right, if it is decided; beyond `limit` all amounts are alike.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn decided<A: Algebra>(l: &A, s: &impl Site<A>, op: ShiftOp, b_width: u32, limit: i64) -> Option<i64> {
     let mut words: SmallVec<[u64; 2]> = SmallVec::from_elem(0, b_width.div_ceil(64) as usize);
     for i in 0..A::words(b_width) {
@@ -71,7 +71,7 @@ impl<A: Algebra> Row<A> {
     }
 
     /// The row as it stands `bits` further down, in `n` words.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn moved(&self, l: &mut A, bits: i64, n: usize) -> SmallVec<[A::Word; 2]> {
         let (by, shift) = (bits.div_euclid(A::BITS.into()), bits.rem_euclid(A::BITS.into()) as u32);
         (0..n as i64)
@@ -91,7 +91,7 @@ impl<A: Algebra> Row<A> {
     }
 
     /// The row moved by a number of bits that is not decided, `amount`, in `n` words.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn moved_by(&self, l: &mut A, left: bool, amount: &[A::Plane], b_width: u32, n: usize) -> SmallVec<[A::Word; 2]> {
         let log = A::BITS.trailing_zeros();
         let mut row = Row::<A> { words: self.words.clone(), fill: self.fill };
@@ -153,7 +153,7 @@ impl<A: Algebra> Row<A> {
 
 /// Shifts `a` and gives the low `width` bits; an x or z in `b` makes all of them x (IEEE 1364-2005, 5.1.12), bits of
 /// `a` move as they are.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn shift<A: Algebra>(
     l: &mut A,
     s: &mut impl Site<A>,

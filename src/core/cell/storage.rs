@@ -91,7 +91,7 @@ pub const OF_LATCH: Asynchronous = Asynchronous { d: latch::D, load: latch::EN, 
 
 /// What the level-sensitive controls make of a state: reset before set before load. `values` gives a word of the set
 /// value and of the reset value.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn level<A: Algebra>(
     l: &mut A,
     s: &mut impl Site<A>,
@@ -117,7 +117,7 @@ pub fn level<A: Algebra>(
 
 /// What a flip-flop takes at its active edge, where `when` is 1: the first of reset, set, asynchronous load, synchronous
 /// reset, synchronous set and enabled data that applies.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn flop_edge<A: Algebra>(
     l: &mut A,
     s: &mut impl Site<A>,
@@ -149,7 +149,7 @@ pub fn flop_edge<A: Algebra>(
 }
 
 /// The same for one whose asynchronous controls act at their edges: reset, set, load of `ad`, enabled data.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn edge_flop_edge<A: Algebra>(l: &mut A, s: &mut impl Site<A>, f: &Flop, when: Option<A::Plane>) {
     let en = control(l, s, edge_flop::EN, when);
     let aload = control(l, s, edge_flop::ALOAD, when);
@@ -169,7 +169,7 @@ pub(super) fn edge_flop_edge<A: Algebra>(l: &mut A, s: &mut impl Site<A>, f: &Fl
 }
 
 /// The next state of an SR flip-flop.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn sr<A: Algebra>(l: &mut A, s: &mut impl Site<A>, set_dominates: bool) {
     let (set, reset) = (control(l, s, sr::S, None), control(l, s, sr::R, None));
     if set.is_none() && reset.is_none() {
@@ -183,7 +183,7 @@ pub fn sr<A: Algebra>(l: &mut A, s: &mut impl Site<A>, set_dominates: bool) {
 }
 
 /// The inverse of the state, as the second output.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub fn inverse<A: Algebra>(l: &mut A, s: &mut impl Site<A>, width: u32) {
     for i in 0..A::words(width) {
         let y = l.not4(s.state(i), A::mask(width, i));
