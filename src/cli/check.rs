@@ -5,8 +5,8 @@ use std::path::Path;
 use serde_json::json;
 
 use super::args::{CheckArgs, Format};
+use super::loading::{loader, rendered};
 use super::prepare::{Changes, is_scenario, prepare};
-use super::run::{loader, rendered};
 use super::{CliError, Out, Status};
 use crate::circuit::Loader;
 use crate::diag::Code;

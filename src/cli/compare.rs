@@ -6,9 +6,9 @@ use std::thread;
 use std::time::Duration;
 
 use super::args::{Assignment, CompareArgs, CompareFormat};
+use super::loading::rendered;
 use super::prepare::circuit_of;
 use super::progress::Progress;
-use super::run::rendered;
 use super::{CliError, Out, Status, interrupt};
 use crate::circuit::{Limits, Loader};
 use crate::compare::{self, Comparison, Equipment, MEASURES, Sample, Set, SetKind, Variant, Watch};

@@ -2,8 +2,8 @@
 
 use super::args::DrawArgs;
 use super::export::write;
+use super::loading::{faults, loader};
 use super::prepare::circuit_of;
-use super::run::{faults, loader};
 use super::{CliError, Out, Status};
 use crate::draw::{Options, Refusal, svg};
 

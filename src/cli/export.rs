@@ -6,8 +6,8 @@ use std::io::Write as _;
 use std::path::Path;
 
 use super::args::{ExportArgs, ExportFormat, ScenarioArgs};
+use super::loading::{faults, loader};
 use super::prepare::{Changes, Prepared, circuit_of, prepare};
-use super::run::{faults, loader};
 use super::{CliError, Out, Status};
 use crate::export::dot;
 use crate::export::verilog::{self, Bench};

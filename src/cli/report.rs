@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use serde_json::{Value as Json, json};
 
 use super::args::XControl;
+use super::loading::rendered;
 use super::monitor::SAID;
 use super::prepare::{Prepared, cycles};
-use super::run::rendered;
 use super::{Status, timing};
 use crate::Value;
 use crate::circuit::Loader;

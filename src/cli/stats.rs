@@ -8,8 +8,8 @@ use indexmap::IndexMap;
 use serde::Serialize;
 
 use super::args::{Format, StatsArgs};
+use super::loading::{loader, rendered};
 use super::prepare::circuit_of;
-use super::run::{loader, rendered};
 use super::{CliError, Out, Status};
 use crate::cell::{Edge, Equipment, Parts};
 use crate::circuit::Loader;

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::args::{Assignment, SweepArgs};
+use super::loading::{faults, loader};
 use super::prepare::{Changes, Prepared, prepare};
 use super::progress::Progress;
-use super::run::{faults, loader};
 use super::{CliError, Out, Status, interrupt};
 use crate::engine::batch::vectors;
 use crate::netlist::{Direction, NetId, SignalId};

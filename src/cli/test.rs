@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value as Json, json};
 
 use super::args::{Format, TestArgs};
+use super::loading::{faults, rendered};
 use super::prepare::{Changes, is_scenario, prepare};
 use super::report::Report;
-use super::run::{faults, rendered, simulate};
+use super::simulate::simulate;
 use super::wave::width;
 use super::{CliError, Out, Status, interrupt};
 use crate::circuit::{Limits, Loader};

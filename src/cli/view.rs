@@ -5,10 +5,11 @@ use std::io::Write as _;
 use std::path::Path;
 
 use super::args::{CoordinateArgs, ViewArgs};
+use super::loading::{faults, loader};
 use super::prepare::{Changes, Prepared, prepare};
 use super::report::Report;
-use super::run::{faults, loader, simulate};
 use super::sample::{moved, sampled};
+use super::simulate::simulate;
 use super::wave::{left_out, opened};
 use super::{CliError, Out, Status, interrupt};
 use crate::draw;

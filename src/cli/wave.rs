@@ -7,8 +7,8 @@ use std::path::Path;
 use globset::GlobSet;
 
 use super::args::WaveTextArgs;
+use super::loading::{faults, rendered_from as rendered};
 use super::prepare::circuit_of;
-use super::run::{faults, rendered_from as rendered};
 use super::{CliError, Out, Status};
 use crate::Timescale;
 use crate::circuit::{Circuit, Limits, Loader};
