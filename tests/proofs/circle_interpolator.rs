@@ -2,7 +2,8 @@
 //! algorithm agree on every clock, in both directions.
 
 use crate::support::Rng;
-use crate::support::bench::{Bench, circuit};
+use crate::support::bench::circuit;
+use crate::support::lanes::{Drawing, draw_all};
 use discreta::interpolate::{ArcInput, Columns, EfCircle, EfCircleFast, InputError, Interpolator, Karibsky};
 
 /// A method: its circuits, and its algorithm.
@@ -39,23 +40,21 @@ fn check_all(what: &str, bits: u32, arcs: &[ArcInput]) {
         for path in method.circuits {
             for clockwise in [false, true] {
                 let circuit = circuit(path, &[("W", i64::from(bits)), ("CLOCKWISE", i64::from(clockwise))]);
-                let mut bench = Bench::new(&circuit, Columns::EVALUATION);
-                let inputs = ["dx", "dy", "xh", "yh", "f0"].map(|name| bench.input(name));
-                for &arc in arcs.iter().filter(|arc| arc.clockwise == clockwise) {
+                let drawing = |&arc: &ArcInput| {
                     assert_eq!(arc.bits, bits);
-                    let values = [arc.dx, arc.dy, arc.xh, arc.yh, arc.f0].map(|v| v as u64);
-                    let set: Vec<_> = inputs.into_iter().zip(values).collect();
-                    let mut algorithm = match (method.algorithm)(arc) {
-                        Ok(algorithm) => algorithm,
+                    let inputs = [arc.dx, arc.dy, arc.xh, arc.yh, arc.f0].map(|v| v as u64).to_vec();
+                    match (method.algorithm)(arc) {
+                        Ok(algorithm) => Some(Drawing { inputs, algorithm }),
                         Err(error) => {
                             assert!(refused(arc), "{arc:?}: {error}");
-                            continue;
+                            None
                         }
-                    };
-                    let drawn = bench.draw(&set, &mut algorithm);
-                    drawn.unwrap_or_else(|fault| panic!("{path}: {arc:?}, {fault}"));
-                }
-                clocks += bench.clocks;
+                    }
+                };
+                let drawings = || arcs.iter().filter(|arc| arc.clockwise == clockwise).filter_map(drawing);
+                let names = ["dx", "dy", "xh", "yh", "f0"];
+                let drawn = draw_all(&circuit, Columns::EVALUATION, &names, drawings);
+                clocks += drawn.unwrap_or_else(|fault| panic!("{path}: {fault}"));
             }
         }
     }

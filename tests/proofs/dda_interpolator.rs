@@ -4,6 +4,7 @@
 use crate::support::Rng;
 use crate::support::bench::{Bench, circuit};
 use crate::support::engines;
+use crate::support::lanes::{Drawing, draw_all};
 use discreta::circuit::Circuit;
 use discreta::interpolate::{
     ArcInput, Columns, DdaCircle, DdaCirclePrinted, DdaLine, DdaLinePrinted, Interpolator, LineInput, Options,
@@ -55,24 +56,23 @@ impl Setting {
     }
 }
 
-/// Draws one after another and compares every clock; the clocks compared.
-fn draw<I: Copy + std::fmt::Debug, A: Interpolator>(
+/// Draws with each of the inputs and compares every clock; the clocks compared.
+fn draw<I: Copy, A: Interpolator>(
     what: &str,
     circuit: &Circuit,
     inputs: impl Iterator<Item = I>,
     ports: impl Fn(I) -> [i64; 4],
     algorithm: impl Fn(I) -> A,
 ) -> u64 {
-    let mut bench: Option<Bench<'_>> = None;
-    for input in inputs {
-        let mut algorithm = algorithm(input);
-        let bench = bench.get_or_insert_with(|| Bench::new(circuit, Columns::DDA_NORMALISED));
-        let mask = (1 << input_bits(circuit)) - 1;
-        let names = ["xh", "yh", "dx", "dy"].map(|name| bench.input(name));
-        let values: Vec<_> = names.into_iter().zip(ports(input).map(|v| (v & mask) as u64)).collect();
-        bench.draw(&values, &mut algorithm).unwrap_or_else(|fault| panic!("{what}, {input:?}, {fault}"));
-    }
-    bench.map_or(0, |bench| bench.clocks)
+    let mask = (1 << input_bits(circuit)) - 1;
+    let inputs: Vec<I> = inputs.collect();
+    let drawing = |&input: &I| {
+        let inputs = ports(input).map(|v| (v & mask) as u64).to_vec();
+        Drawing { inputs, algorithm: algorithm(input) }
+    };
+    let names = ["xh", "yh", "dx", "dy"];
+    let drawn = draw_all(circuit, Columns::DDA_NORMALISED, &names, || inputs.iter().map(drawing));
+    drawn.unwrap_or_else(|fault| panic!("{what}: {fault}"))
 }
 
 fn input_bits(circuit: &Circuit) -> u32 {
@@ -183,16 +183,11 @@ fn every_4_bit_arc_in_every_setting() {
     println!("{arcs_of_4} arcs of 4 bits in 16 settings, {clocks} clocks");
 }
 
-/// All of them where the accumulators begin at 0, in registers; elsewhere a seeded sample of `every` so many.
 fn every_8_bit_line(normalise: bool) {
     for setting in Setting::all().take(4).filter(|s| s.normalise == normalise) {
         for path in LINES {
-            let all = !setting.half && path == LINES[0];
-            let mut rng = Rng::named(path);
-            let mut drawn = 0;
-            let chosen = every_line(8).filter(|_| all || rng.one_in(16)).inspect(|_| drawn += 1);
-            let clocks = lines(path, setting, 8, chosen);
-            println!("{path}: {drawn} lines of 8 bits, {setting:?}, {clocks} clocks");
+            let clocks = lines(path, setting, 8, every_line(8));
+            println!("{path}: every line of 8 bits, {setting:?}, {clocks} clocks");
         }
     }
 }

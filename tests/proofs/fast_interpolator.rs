@@ -2,8 +2,9 @@
 //! circuit of gates and the algorithm agree on every clock. (The accelerated arc is in `circle_interpolator.rs`.)
 
 use crate::support::Rng;
-use crate::support::bench::{Bench, circuit};
+use crate::support::bench::circuit;
 use crate::support::engines;
+use crate::support::lanes::{Drawing, draw_all};
 use discreta::interpolate::{EfLine, EfLineFast, EfLineFastPrinted, Interpolator, LineInput};
 
 /// A circuit, its parameter CENTRED if it has one, and its algorithm.
@@ -51,15 +52,14 @@ fn check_all(what: &str, methods: &[Method], bits: u32, lines: &[LineInput]) {
         let mut parameters = vec![("W", i64::from(bits))];
         parameters.extend(centred.map(|centred| ("CENTRED", centred)));
         let circuit = circuit(path, &parameters);
-        let mut bench = Bench::new(&circuit, algorithm(lines[0]).columns());
-        let inputs = ["dx", "dy", "xh", "yh"].map(|name| bench.input(name));
-        for &line in lines {
+        let drawing = |&line: &LineInput| {
             assert_eq!(line.bits, bits);
-            let values = [line.dx, line.dy, line.xh, line.yh].map(|v| v as u64);
-            let set: Vec<_> = inputs.into_iter().zip(values).collect();
-            bench.draw(&set, &mut algorithm(line)).unwrap_or_else(|fault| panic!("{path}: {line:?}, {fault}"));
-        }
-        clocks += bench.clocks;
+            let inputs = [line.dx, line.dy, line.xh, line.yh].map(|v| v as u64).to_vec();
+            Drawing { inputs, algorithm: algorithm(line) }
+        };
+        let columns = algorithm(lines[0]).columns();
+        let drawn = draw_all(&circuit, columns, &["dx", "dy", "xh", "yh"], || lines.iter().map(drawing));
+        clocks += drawn.unwrap_or_else(|fault| panic!("{path}: {fault}"));
     }
     println!("{what}: {} lines, {clocks} clocks", lines.len());
 }
@@ -129,7 +129,6 @@ fn every_8_bit_line_in_gates() {
 fn every_8_bit_line_from_a_centred_start() {
     let lines = every(8, &mut Rng::new(11));
     check_all("centred, registers", &[&CENTRED[0], &CENTRED[2]].map(|m| Method { ..*m }), 8, &lines);
-    let some: Vec<_> = lines.into_iter().step_by(16).collect();
-    check_all("centred, gates", &[&CENTRED[1], &CENTRED[3]].map(|m| Method { ..*m }), 8, &some);
+    check_all("centred, gates", &[&CENTRED[1], &CENTRED[3]].map(|m| Method { ..*m }), 8, &lines);
     engines::ran(1, 1);
 }

@@ -2,7 +2,8 @@
 
 use crate::support;
 
-use crate::support::bench::{Bench, circuit};
+use crate::support::bench::circuit;
+use crate::support::lanes::{Drawing, draw_all};
 use crate::support::{Rng, folder, repository};
 use discreta::circuit::Circuit;
 use discreta::interpolate::{Columns, EfLine, LineInput};
@@ -27,15 +28,11 @@ impl Line {
     }
 }
 
-/// Draws lines one after another; the clocks compared, or the first difference.
-fn draw(circuit: &Circuit, lines: impl Iterator<Item = Line>) -> Result<u64, String> {
-    let mut bench = Bench::new(circuit, Columns::EVALUATION);
-    let [dx, dy, xh, yh] = ["dx", "dy", "xh", "yh"].map(|name| bench.input(name));
-    for line in lines {
-        let inputs = [(dx, line.dx), (dy, line.dy), (xh, line.xh), (yh, line.yh)];
-        bench.draw(&inputs, &mut line.algorithm()).map_err(|fault| format!("{line:?}, {fault}"))?;
-    }
-    Ok(bench.clocks)
+/// Draws lines; the clocks compared, or the first difference.
+fn draw(circuit: &Circuit, lines: impl Iterator<Item = Line> + Clone) -> Result<u64, String> {
+    let drawing =
+        |line: Line| Drawing { inputs: vec![line.dx, line.dy, line.xh, line.yh], algorithm: line.algorithm() };
+    draw_all(circuit, Columns::EVALUATION, &["dx", "dy", "xh", "yh"], || lines.clone().map(drawing))
 }
 
 fn check_all(bits: u32, lines: impl Iterator<Item = Line> + Clone) -> u64 {
@@ -82,25 +79,14 @@ fn a_sample_of_lines_of_other_widths() {
     }
 }
 
-fn every_8_bit_line(half: u64) {
-    let lines = every(8).filter(|(dx, dy)| (dx ^ dy) & 1 == half).map(|(dx, dy)| {
+#[test]
+fn every_8_bit_line() {
+    let lines = every(8).map(|(dx, dy)| {
         let mut rng = Rng::new(dx << 8 | dy);
         Line { dx, dy, xh: rng.below(256), yh: rng.below(256), bits: 8 }
     });
     let clocks = check_all(8, lines.clone());
     println!("{} lines of 8 bits, {clocks} clocks", lines.count());
-}
-
-// in halves, for two threads: dx + dy even, and odd
-
-#[test]
-fn every_8_bit_line_with_an_even_number_of_steps() {
-    every_8_bit_line(0);
-}
-
-#[test]
-fn every_8_bit_line_with_an_odd_number_of_steps() {
-    every_8_bit_line(1);
 }
 
 /// The comparison above notices a fault: each of these changes one thing in a circuit, and has to be caught.

@@ -5,6 +5,7 @@ pub mod bench;
 pub mod design;
 pub mod engines;
 pub mod feed;
+pub mod lanes;
 pub mod pairs;
 pub mod program;
 pub mod proofs;
