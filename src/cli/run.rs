@@ -9,7 +9,6 @@ use super::report::Report;
 use super::simulate::simulate;
 use super::{CliError, Out, Status, interrupt, save, waveforms};
 use crate::wave::Sink;
-use crate::wave::diff::Difference;
 use crate::wave::select::Tee;
 
 /// Runs the command.
