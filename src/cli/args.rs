@@ -3,6 +3,7 @@
 //! What means the same in several commands is one struct that they share.
 
 mod drawing;
+mod feed;
 mod looking;
 mod machine;
 mod schematic;
@@ -14,8 +15,9 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 
 pub use drawing::{
-    CompareArgs, CompareFormat, CoordinateArgs, DrawingArgs, InterpolateArgs, PlotArgs, Point, StepsFormat,
+    Center, CompareArgs, CompareFormat, CoordinateArgs, DrawingArgs, InterpolateArgs, PlotArgs, Point, StepsFormat,
 };
+pub use feed::FeedArgs;
 pub use looking::{ViewArgs, WaveTextArgs};
 pub use machine::{MachineArgs, MachineFormat, Net, StepDir};
 pub use schematic::DrawArgs;
@@ -72,6 +74,8 @@ pub enum Command {
     Plot(PlotArgs),
     /// Draw a part program (G-code) by every method, and measure steps, speed and deviation
     Machine(MachineArgs),
+    /// Tell the greatest feed of a system of interpolator, synchronisers and speed block, and whether its margins are kept
+    Feed(FeedArgs),
     /// Draw the schematic of a circuit, as SVG
     Draw(DrawArgs),
     /// Count what circuits are made of, and how deep their logic is

@@ -1,7 +1,7 @@
 //! From the options of a method to a [`Request`], and what it is called.
 
 use super::CliError;
-use super::args::{DrawingArgs, Point};
+use super::args::{Center, DrawingArgs, Point};
 use crate::interpolate::{Drawing, InputError, Method, Offset, Options, Request, Shape};
 
 /// Makes the interpolator.
@@ -26,6 +26,7 @@ fn request(method: Method, args: &DrawingArgs) -> Result<Request, CliError> {
     let curved = matches!(shape, Shape::Arc | Shape::Curve);
     let of_shapes = [
         ("--center", args.center.is_some(), shape == Shape::Arc),
+        ("--f0", args.f0.is_some(), shape == Shape::Arc),
         ("--conic", args.conic.is_some(), shape == Shape::Curve),
         ("--ccw", args.ccw, curved),
         ("--cw", args.cw, curved),
@@ -41,13 +42,12 @@ fn request(method: Method, args: &DrawingArgs) -> Result<Request, CliError> {
         None if curved => return Err(missing("--from")),
         None => [0; 3],
     };
-    let center = match args.center {
-        Some(center) => at(method, "--center", center)?,
-        None => [0; 3],
-    };
+    let center = args.center.unwrap_or(Center { whole: [0; 2], rest: [0.0; 2] });
     Ok(Request {
         from,
-        center: [center[0], center[1]],
+        center: center.whole,
+        center_rest: center.rest,
+        f0: args.f0,
         clockwise: args.cw,
         conic: args.conic,
         offset: args.offset.zip(args.side).map(|(radius, side)| Offset { radius, side }),
@@ -93,8 +93,9 @@ pub fn title(request: &Request, axes: usize) -> String {
     if let Some(Offset { radius, side }) = request.offset {
         title += &format!(", {radius} BLU to the {side} of");
     }
-    let around = match request.center {
-        [0, 0] => String::new(),
+    let center = Center { whole: request.center, rest: request.center_rest };
+    let around = match center.exact() {
+        [0.0, 0.0] => String::new(),
         [x, y] => format!(" around ({x}, {y})"),
     };
     format!("{title}: {} → {}{around}", point(request.from, axes), point(request.to, axes))
@@ -112,6 +113,7 @@ impl DrawingArgs {
         let all = [
             ("--conic", self.conic.is_some()),
             ("--offset", self.offset.is_some()),
+            ("--f0", self.f0.is_some()),
             ("--bits", self.bits.is_some()),
             ("--half-preload", self.half_preload),
             ("--parallel", self.parallel),

@@ -243,6 +243,7 @@ impl Source {
                 return Err(CliError::usage(format!("`{name}` is a folder")).with_hint("name a part program"));
             }
             if about.is_file() {
+                crate::files::reads(path);
                 return Ok(Source { name, file, bytes: Some(about.len()) });
             }
             (name, Box::new(file))

@@ -13,6 +13,7 @@ pub mod draw;
 mod drawing;
 pub mod error;
 pub mod export;
+pub mod feed;
 pub mod interpolate;
 pub mod interrupt;
 mod loading;
@@ -105,6 +106,7 @@ fn dispatch(command: &Command, out: &mut Out) -> Result<Status, CliError> {
         Command::Interpolate(args) => interpolate::run(args, out),
         Command::Plot(args) => plot::run(args, out),
         Command::Machine(args) => machine::run(args, out),
+        Command::Feed(args) => feed::run(args, out),
         Command::Draw(args) => draw::run(args, out),
         Command::Stats(args) => stats::run(args, out),
         Command::Export(args) => export::run(args, out),

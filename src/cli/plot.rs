@@ -158,7 +158,7 @@ fn traced_over(path: &Path, args: &PlotArgs, axes: usize, points: &[[i64; 3]]) -
     }
     let plane = |p: [i64; 3]| [p[0] as f64, p[1] as f64];
     let ideal = if arc {
-        Ideal::arc(plane(given(center, [0; 3])), plane(from), plane(to), cw)
+        Ideal::arc(center.map_or([0.0; 2], |c| c.exact()), plane(from), plane(to), cw)
     } else {
         Ideal::segment(from, to)
     };

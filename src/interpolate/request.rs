@@ -53,8 +53,12 @@ pub struct Request {
     pub from: [i64; 3],
     /// The end point in BLU.
     pub to: [i64; 3],
-    /// The centre of an arc in BLU.
+    /// The centre of an arc in BLU, rounded.
     pub center: [i64; 2],
+    /// What rounding took from the centre, BLU: the circle is that around both together through the start point.
+    pub center_rest: [f64; 2],
+    /// `F₀ = xs² + ys² − R²` of an arc's start point, from the rounded centre; without it, as the centre gives it.
+    pub f0: Option<i64>,
     /// An arc or a curve goes clockwise.
     pub clockwise: bool,
     /// The coefficients `A` to `F` of a curve `A·x² + B·xy + C·y² + D·x + E·y + F = 0`.
@@ -86,6 +90,8 @@ impl Request {
             from: [0; 3],
             to,
             center: [0; 2],
+            center_rest: [0.0; 2],
+            f0: None,
             clockwise: false,
             conic: None,
             offset: None,
@@ -146,12 +152,29 @@ impl Request {
     }
 
     fn arc(&self, bits: u32) -> Result<(Box<dyn Interpolator>, Ideal), InputError> {
-        let Request { method, clockwise, center, options, .. } = *self;
+        let Request { method, clockwise, center, center_rest, options, .. } = *self;
         let plane = |[x, y, _]: [i64; 3]| [x, y];
         let (from, to) = (plane(self.from), plane(self.to));
-        let contour = ArcPath { center, from, to, full: true, long: None, clockwise, f0: 0, bits };
+        let mut contour = ArcPath { center, from, to, full: true, long: None, clockwise, f0: 0, bits };
         // without a sum F nothing can make good what the rounding of an offset start point does
         let carries = method != Method::DdaCircle;
+        let exact = [0, 1].map(|a| center[a] as f64 + center_rest[a]);
+        let rounded = center_rest != [0.0; 2];
+        if rounded {
+            if !carries {
+                return Err(InputError::Option { method, option: "--center off the grid" });
+            }
+            if self.offset.is_some() {
+                return Err(InputError::Option { method, option: "--offset with --center off the grid" });
+            }
+            contour.f0 = self.rounded_f0(exact)?;
+        }
+        if let Some(f0) = self.f0 {
+            if !carries {
+                return Err(InputError::Option { method, option: "--f0" });
+            }
+            contour.f0 = f0;
+        }
         let (path, ideal) = match self.offset {
             Some(_) if !carries => return Err(InputError::Option { method, option: "--offset" }),
             Some(offset) => {
@@ -160,11 +183,32 @@ impl Request {
             }
             None => {
                 let float = |p: [i64; 2]| p.map(|v| v as f64);
-                (contour, Ideal::arc(float(center), float(from), float(to), clockwise))
+                let mut ideal = Ideal::arc(exact, float(from), float(to), clockwise);
+                if let (Some(f0), Ideal::Arc { radius, .. }) = (self.f0, &mut ideal) {
+                    // of a start point that is off the circle
+                    *radius = (self.square(center.map(|v| v as f64)) - f0 as f64).max(0.0).sqrt();
+                }
+                (contour, ideal)
             }
         };
         let arc = Quadrants::new(path, carries, move |input| arc(method, input, &options))?;
         Ok((Box::new(arc), ideal))
+    }
+
+    /// The square of the start point's distance from a centre.
+    fn square(&self, center: [f64; 2]) -> f64 {
+        let d = [0, 1].map(|a| self.from[a] as f64 - center[a]);
+        d[0] * d[0] + d[1] * d[1]
+    }
+
+    /// `F₀` of the start point from the rounded centre, on a circle around the exact one.
+    fn rounded_f0(&self, exact: [f64; 2]) -> Result<i64, InputError> {
+        let mut square = 0_i128;
+        for axis in 0..2 {
+            let d = self.from[axis].checked_sub(self.center[axis]).ok_or(InputError::Overflow)?;
+            square += i128::from(d) * i128::from(d);
+        }
+        i64::try_from(square - self.square(exact).round() as i128).map_err(|_| InputError::Overflow)
     }
 
     fn curve(&self, bits: u32) -> Result<(Box<dyn Interpolator>, Ideal), InputError> {

@@ -178,8 +178,14 @@ fn refused(unable: Unable, plan: &Plan, choice: Choice, settings: &Settings, lin
                 (true, false) => "write a lower F, or give a shorter --tick or a coarser --blu",
                 (false, _) => "write a higher F, or give a longer --tick",
             };
-            // downwards, so that what is told can be written
-            let told = if period.fast { (limit * 1000.0).floor() / 1000.0 } else { (limit * 1000.0).ceil() / 1000.0 };
+            // to the side on which it can be done, but for what rounding in between has taken
+            let thousandths = limit * 1000.0;
+            let near = thousandths.round();
+            let told = match (thousandths - near).abs() < 1e-6 * near.max(1.0) {
+                true => near,
+                false if period.fast => thousandths.floor(),
+                false => thousandths.ceil(),
+            } / 1000.0;
             Fault::new(Code::BadMove, at, what)
                 .label(format!("{which} here: {told:.3} mm/min"))
                 .help(format!("{remedy} (tick {}; feed `{rule}` of {choice})", settings.tick.time(1)))

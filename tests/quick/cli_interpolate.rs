@@ -184,3 +184,27 @@ fn what_is_missing_or_cannot_be_drawn_is_refused() {
     refused("ef-line --from -9223372036854775808,0 --to 9223372036854775807,0", "is outside");
     refused("ef-circle --from 0,0 --to 0,0", "the radius is 0");
 }
+
+/// By hand: around (½, 0) through (3, 0) R² = 6.25; the centre is rounded to (1, 0), from which the start point has 4, so
+/// F₀ = 4 − 6. And R² = 9 − 1 with F₀ = 1.
+#[test]
+fn circles_off_the_grid() {
+    let json = |line: &str| serde_json::from_str::<Value>(&prints(line)).unwrap();
+    let rounded = json("ef-circle --from 3,0 --to 0,2 --center 0.5,0 --format json");
+    assert_eq!(rounded["start"]["f"], -2);
+    assert_eq!(json("ef-circle --from 3,0 --to 0,3 --center 0.0,0 --format json")["start"]["f"], 0);
+    let off = json("ef-circle --from 3,0 --to 0,3 --f0 1 --format json");
+    assert_eq!((&off["start"]["f"], &off["finished"]), (&json!(1), &json!(true)));
+    // (3, 0) is 3 - √8 outside
+    assert!(off["deviation"]["greatest"].as_f64().unwrap() >= 3.0 - 8_f64.sqrt() - 1e-12);
+    // every full circle around a centre off the grid keeps within 1 + √½ of the exact one
+    for line in ["--center 0.49,-0.3 --from 40,3 --to 40,3", "--center -7.5,2.25 --from 0,0 --to 0,0 --cw"] {
+        let drawn = json(&format!("ef-circle-fast {line} --format json"));
+        let greatest = drawn["deviation"]["greatest"].as_f64().unwrap();
+        assert!(drawn["finished"] == true && greatest <= 1.0 + 0.5_f64.sqrt(), "{line}: {greatest}");
+    }
+    refused("ef-line --to 5,3 --f0 1", "--f0");
+    refused("dda-circle --from 5,0 --to 0,5 --f0 1", "--f0");
+    refused("dda-circle --from 5,0 --to 0,5 --center 0.5,0", "--center");
+    refused("ef-circle --from 5,0 --to 0,5 --center 0.5", "write it as two numbers, X,Y");
+}

@@ -3,6 +3,8 @@
 use std::fmt::Write as _;
 use std::process::Command;
 
+use crate::support::program::{discreta, run as command};
+
 use discreta::Timescale;
 use discreta::machine::capture::{Block, Pulse, Wrong, align, count};
 use discreta::machine::clockwork::Rule;
@@ -627,7 +629,7 @@ fn pulses(text: &str, choice: Choice, rule: Rule) -> (Pulses, Outcome) {
 
 #[test]
 fn its_own_pulses_measure_the_same() {
-    let part = include_str!("../examples/part.nc");
+    let part = include_str!("../../examples/part.nc");
     let random = random_curves(&mut Random(5), 80, false);
     for text in [part, random.as_str()] {
         for choice in Choice::ALL {
@@ -649,7 +651,7 @@ fn its_own_pulses_measure_the_same() {
 /// One step removed, one doubled, one in the wrong direction: what it was, of which axis, in which block, and when.
 #[test]
 fn a_step_lost_doubled_or_turned_is_named_with_its_place() {
-    let part = include_str!("../examples/part.nc");
+    let part = include_str!("../../examples/part.nc");
     let mut random = Random(3);
     let (mut all, mut near, mut named) = ([0; 3], [0; 3], [0; 3]);
     for (choice, rule) in [(Choice::ALL[1], Rule::Block), (Choice::ALL[0], Rule::Step), (Choice::ALL[3], Rule::Block)] {
@@ -713,4 +715,144 @@ fn another_path_is_told_apart() {
     let short = &see.all[..see.all.len() - 1];
     let faults = align(short, &see.blocks).faults;
     assert_eq!((faults.len(), faults[0].wrong, faults[0].axis), (1, Wrong::Missing(1), Some(axis)));
+}
+
+/// A file in a folder of its own, and what the command line says of it: exit status, standard output and error.
+fn told(program: &[u8], options: &[&str]) -> (i32, String, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.nc");
+    std::fs::write(&path, program).unwrap();
+    let all = [&["machine", path.to_str().unwrap()], options].concat();
+    let told = command(&all);
+    let names: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert!(told.0 == 0 || names == ["t.nc"], "half written: {names:?}");
+    told
+}
+
+#[track_caller]
+fn refused(program: &[u8], options: &[&str], part: &str) {
+    let (status, stdout, stderr) = told(program, options);
+    assert_eq!((status, stdout.as_str()), (2, ""), "{stderr}");
+    assert!(stderr.contains(part), "{options:?} does not say {part:?} but\n{stderr}");
+}
+
+#[test]
+fn bad_input_has_its_place_and_leaves_nothing() {
+    refused(b"G0 X1\n\0\x01", &[], "t.nc:2:1");
+    refused(b"\x7fELF\x02\x01", &["--format", "csv"], "a control character, 0x7f: this is no part program");
+    refused(&[b"G1 X1 F9\n".as_slice(), &vec![b'X'; 3_000_000]].concat(), &[], "a line of more than 65536 bytes");
+    refused(b"", &[], "moves nothing");
+    refused(b"(only words)\nM3 S100\n", &[], "moves nothing");
+    refused(b"G0 X1\nG1 X2\n", &["--format", "json"], "t.nc:2:1");
+    refused(b"G0 X100\n", &["--bits", "8"], "this move needs registers of 14 bits: 8 hold at most 255");
+    refused(b"G0 X100\nG0 Y1", &["--rapid", "900000"], "greatest here: 300000.000 mm/min");
+    refused(b"G1 X100 F0.0000001\n", &[], "too slow for this clock");
+    refused(
+        b"G3 I5 F9\n",
+        &["--steps-per-mm", "10,20,10"],
+        "an arc in a plane whose axes have steps of different sizes",
+    );
+    refused(b"G0 X1\n", &["--blu", "0"], "it has to be above 0");
+    refused(b"G0 X1\n", &["--blu", "1e-3"], "a number with an exponent");
+    refused(b"G0 X1\n", &["--blu", "0.1", "--steps-per-mm", "10"], "cannot be used with");
+    refused(b"G0 X1\n", &["--format", "canon", "--method", "ef-line"], "--method has no meaning");
+    refused(b"G0 X1\n", &["--method", "ef-line,dda-line"], "ef-line and dda-line are both of one kind");
+    refused(b"G0 X1\n", &["--method", "dda-curve"], "draws what no part program has");
+    refused(b"G0 X1\n", &["--method", "ef-line", "--method", "ef-line,ef-circle"], "is given twice");
+    refused(b"G0 X1\n", &["--feed", "fast"], "there is step, constant, block");
+    refused(b"G0 X1\n", &["-o", "t.txt"], "neither .vcd nor .fst");
+    refused(b"G0 X1\n", &["--x", "a,b"], "--waveform");
+    let (status, _, stderr) = command(&["machine", "no-such.nc"]);
+    assert!(status == 2 && stderr.contains("cannot read `no-such.nc`"), "{stderr}");
+    // the greatest feed is one that can be
+    for rapid in ["300000", "299999.9"] {
+        assert_eq!(told(b"G0 X100\nG0 Y1", &["--rapid", rapid]).0, 0);
+    }
+}
+
+#[test]
+fn every_format_tells_the_same() {
+    let part = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/part.nc");
+    let (status, table, _) = command(&["machine", part]);
+    assert_eq!(status, 0);
+    let (_, json, _) = command(&["machine", part, "--format", "json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let (_, csv, _) = command(&["machine", part, "--format", "csv"]);
+    for method in json["methods"].as_array().unwrap() {
+        let name = format!("{},{}", method["line"].as_str().unwrap(), method["arc"].as_str().unwrap());
+        let row = table.lines().find(|l| l.starts_with(&name)).unwrap();
+        let clocks = row.split_whitespace().nth(1).unwrap().replace(',', "");
+        assert_eq!(clocks, method["clocks"].to_string());
+        // 13 columns before the clocks, the method's own comma among them
+        let sum: u64 = csv
+            .lines()
+            .filter(|l| l.contains(&format!("\"{name}\"")) && l.contains(",block,"))
+            .map(|l| l.split(',').nth(13).unwrap().parse::<u64>().unwrap())
+            .sum();
+        assert_eq!(sum.to_string(), clocks, "{name}");
+        assert_eq!(method["end"], serde_json::json!([0, 0, 0]));
+    }
+    let (_, canon, _) = command(&["machine", part, "--format", "canon"]);
+    assert!(
+        canon.contains("    27 ARC_FEED(40.0000, 20.0000, 38.0000, 20.0000, 2, -3.0000, 0.0000, 0.0000, 0.0000)\n")
+    );
+    let mut piped = discreta(&["machine", "-", "--format", "canon"])
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    std::io::Write::write_all(&mut piped.stdin.take().unwrap(), include_bytes!("../../examples/part.nc")).unwrap();
+    assert_eq!(String::from_utf8(piped.wait_with_output().unwrap().stdout).unwrap(), canon);
+}
+
+/// What `-o` writes is what `--waveform` measures; a step that is taken out of it is missed.
+#[test]
+fn a_waveform_of_its_own_is_the_program() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    std::fs::write(path("t.nc"), "G1 X1 Y0.5 F600\nG2 X2 Y0.5 I0.5 J0\nG1 X0 Y0 Z0.2\n").unwrap();
+    let draw = ["--method", "ef-line-fast,ef-circle-fast", "--feed", "block"];
+    let (program, vcd, svg) = (path("t.nc"), path("t.vcd"), path("t.svg"));
+    let (status, ..) = command(&[&["machine", &program, "-o", &vcd, "--plot", &svg], &draw[..]].concat());
+    assert_eq!(status, 0);
+    assert!(std::fs::read_to_string(svg).unwrap().ends_with("</svg>\n"));
+    let (status, text, _) = command(&["machine", &program, "--waveform", &vcd]);
+    assert_eq!(status, 0, "{text}");
+    assert!(text.contains("3 of 3 moves found") && text.contains("every step is there, none is too many"), "{text}");
+    // y's rising edges 20 to 22: the second one is taken out
+    let wave = std::fs::read_to_string(&vcd).unwrap();
+    let id = wave.lines().find(|l| l.ends_with(" y_step $end")).unwrap().split_whitespace().nth(3).unwrap();
+    let edge = format!("1{id}");
+    let mut n = 0;
+    let cut: Vec<&str> = wave
+        .lines()
+        .filter(|l| {
+            n += u32::from(*l == edge);
+            *l != edge || n != 21
+        })
+        .collect();
+    std::fs::write(path("cut.vcd"), cut.join("\n") + "\n").unwrap();
+    let (status, json, _) = command(&["machine", &program, "--waveform", &path("cut.vcd"), "--format", "json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!((status, json["faults"].as_array().unwrap().len()), (1, 1), "{json}");
+    let fault = &json["faults"][0];
+    assert_eq!((&fault["kind"], &fault["axis"], &fault["line"]), (&"missing".into(), &"y".into(), &1.into()), "{json}");
+    // without a program it is counted; a net that is not there is named
+    let (status, text, _) = command(&["machine", "--waveform", &vcd]);
+    assert!(status == 0 && text.contains("it ends 0, 0, 20 BLU from its start"), "{text}");
+    let (status, _, text) = command(&["machine", "--waveform", &vcd, "--x", "STEP_X,DIR_X"]);
+    assert!(status == 2 && text.contains("has no net `STEP_X`"), "{text}");
+}
+
+/// By hand: 2 ticks of 10 ns high, and (2 + 3)·20 ns to fill a store again, are 12 ticks.
+#[test]
+fn the_greatest_feed_of_the_system() {
+    let (status, text, _) = command(&["feed", "--blu", "0.01"]);
+    assert_eq!(status, 0, "{text}");
+    assert!(text.contains("12 ticks, 120 ns\ngreatest feed: 8333333.333 BLU/s, 5000000.000 mm/min\n"), "{text}");
+    let (status, text, _) = command(&["feed", "--tau", "8"]);
+    assert!(status == 1 && text.contains("a delay of 8 is not above the step pulse, 10"), "{text}");
+    let (status, _, text) = command(&["feed", "--step-high", "20"]);
+    assert!(status == 2 && text.contains("--step-high has to be below --step"), "{text}");
 }

@@ -6,6 +6,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum, ValueHint};
 
 use crate::interpolate::{Method, Side};
+use crate::machine::program::Decimal;
 
 /// A point in BLU.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -25,6 +26,41 @@ pub(super) fn point(text: &str) -> Result<Point, String> {
         Some(&[x, y, z]) => Ok(Point { x, y, z: Some(z) }),
         _ => Err("write it as two whole numbers, X,Y, or three in space, X,Y,Z".to_owned()),
     }
+}
+
+/// A centre: the nearest point of the grid, and how far from it, BLU.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Center {
+    /// The nearest point.
+    pub whole: [i64; 2],
+    /// The rest.
+    pub rest: [f64; 2],
+}
+
+impl Center {
+    /// Where it is.
+    #[must_use]
+    pub fn exact(&self) -> [f64; 2] {
+        [0, 1].map(|a| self.whole[a] as f64 + self.rest[a])
+    }
+}
+
+fn center(text: &str) -> Result<Center, String> {
+    let write = || "write it as two numbers, X,Y".to_owned();
+    let numbers: Vec<&str> = text.split(',').map(str::trim).collect();
+    let [x, y] = numbers[..] else { return Err(write()) };
+    let (mut whole, mut rest) = ([0; 2], [0.0; 2]);
+    for (axis, text) in [x, y].into_iter().enumerate() {
+        // whole numbers of any size as they are
+        if let Ok(number) = text.parse() {
+            whole[axis] = number;
+            continue;
+        }
+        let number: Decimal = text.parse().map_err(|_| write())?;
+        let near = number.round().to_whole().ok_or_else(write)?;
+        (whole[axis], rest[axis]) = (near, (number - Decimal::whole(near)).to_f64());
+    }
+    Ok(Center { whole, rest })
 }
 
 fn conic(text: &str) -> Result<[i64; 6], String> {
@@ -56,9 +92,13 @@ pub struct DrawingArgs {
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point)]
     pub from: Option<Point>,
 
-    /// The centre of an arc, in BLU; the origin by default
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point)]
-    pub center: Option<Point>,
+    /// The centre of an arc, in BLU, which may lie between the points of the grid; the origin by default
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = center)]
+    pub center: Option<Center>,
+
+    /// F at the start point of an arc, xs² + ys² − R², if it does not lie on the circle
+    #[arg(long, value_name = "F0", allow_hyphen_values = true)]
+    pub f0: Option<i64>,
 
     /// An arc goes counter-clockwise, which is the default
     #[arg(long, conflicts_with = "cw")]

@@ -150,7 +150,7 @@ fn step_dir(text: &str) -> Result<StepDir, String> {
     }
 }
 
-fn positive(text: &str) -> Result<Decimal, String> {
+pub(super) fn positive(text: &str) -> Result<Decimal, String> {
     match text.parse::<Decimal>()? {
         value if value.signum() > 0 => Ok(value),
         _ => Err("it has to be above 0".to_owned()),
