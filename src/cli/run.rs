@@ -16,7 +16,6 @@ use crate::wave::select::Tee;
 /// # Errors
 /// Faults of the circuit or scenario, a circuit that does not settle, a waveform that cannot be written.
 pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
-    interrupt::watch();
     let mut loader = loader(&args.elaboration)?;
     let changes = Changes {
         wave: args.wave.stimulus.is_some().then_some(&args.wave),
@@ -26,6 +25,8 @@ pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
     let prepared = prepare(&mut loader, &args.circuit, &changes);
     let mut prepared = faults(&mut loader, prepared)?;
 
+    // nothing before this looks whether it was interrupted, so until here one signal ends it
+    interrupt::watch();
     let mut writers = waveforms::open(&files)?;
     let mut sinks = Tee(writers.iter_mut().map(|w| &mut **w as &mut dyn Sink).collect());
     let sink: Option<&mut dyn Sink> = if files.is_empty() { None } else { Some(&mut sinks) };

@@ -32,7 +32,7 @@ pub(super) struct Header {
 }
 
 /// What the values of a signal are in the file.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Form {
     /// So many characters.
     Bits(u32),

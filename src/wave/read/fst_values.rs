@@ -1,6 +1,8 @@
 //! The values in an FST file.
 
 use std::collections::HashMap;
+use std::hash::Hash;
+use std::sync::Arc;
 
 use super::bytes::Bytes;
 use super::fst_blocks::{Block, Form, part};
@@ -27,6 +29,49 @@ struct Section {
     times: Vec<u64>,
     /// Where what tells the places of the changes ends.
     chain: u64,
+}
+
+/// What stands where in a section.
+struct Parts {
+    /// The values before the first change, if they count.
+    frame: Option<Vec<u8>>,
+    /// Where the method of packing stands, from which places count.
+    base: u64,
+    method: u8,
+    /// Where the changes of each signal are.
+    places: Vec<Option<(u64, u64)>>,
+}
+
+/// Which signals do the same as far as has been looked.
+struct Alike {
+    /// The class of each.
+    classes: Vec<u32>,
+    /// The first of each class.
+    firsts: Vec<usize>,
+}
+
+impl Alike {
+    fn new<K: Hash + Eq>(keys: impl Iterator<Item = K>) -> Alike {
+        let keys: Vec<K> = keys.collect();
+        let mut alike = Alike { classes: vec![0; keys.len()], firsts: Vec::new() };
+        let mut keys = keys.into_iter().map(Some).collect::<Vec<_>>();
+        alike.part(|at| keys[at].take());
+        alike
+    }
+
+    /// Parts those for which `key` differs.
+    fn part<K: Hash + Eq>(&mut self, mut key: impl FnMut(usize) -> K) {
+        let mut known: HashMap<(u32, K), u32> = HashMap::new();
+        self.firsts.clear();
+        for (at, class) in self.classes.iter_mut().enumerate() {
+            let new = self.firsts.len() as u32;
+            let found = *known.entry((*class, key(at))).or_insert(new);
+            if found == new {
+                self.firsts.push(at);
+            }
+            *class = found;
+        }
+    }
 }
 
 /// Where the changes of a signal are.
@@ -62,58 +107,83 @@ impl Values {
         Ok((Values { input, little, sections, forms, signals }, times))
     }
 
-    /// The signals of these numbers, in this order.
-    pub fn load(&mut self, wanted: &[u32]) -> Result<Vec<Signal>, Fault> {
-        let mut loaded: Vec<Signal> =
-            wanted.iter().map(|&number| Signal::new(self.signals[number as usize].1)).collect();
-        for (i, section) in self.sections.iter().enumerate() {
-            let wrong =
-                || Fault::Malformed(format!("the values in the block at byte {} are wrong", section.block.at - 9));
-            let (Block { at, length, .. }, input) = (section.block, &mut *self.input);
-            // three numbers of at most ten bytes each tell of the values at the beginning
-            let head = part(input, at + HEAD, (length - HEAD).min(30))?;
-            let mut bytes = Bytes(&head);
-            let (unpacked, packed) = (bytes.variable().ok_or_else(wrong)?, bytes.variable().ok_or_else(wrong)?);
-            bytes.variable().ok_or_else(wrong)?;
-            let frame = at + HEAD + (head.len() - bytes.0.len()) as u64;
-            let behind = frame.checked_add(packed).filter(|&end| end <= section.chain).ok_or_else(wrong)?;
-            if i == 0 && section.times.first().is_none_or(|&first| first > section.start) {
-                let frame = unpack::zlib_or_plain(&part(input, frame, packed)?, unpacked).ok_or_else(wrong)?;
-                self.begin(&frame, section.start, wanted, &mut loaded);
-            }
-            let input = &mut *self.input;
-            let head = part(input, behind, (section.chain - behind).min(11))?;
-            let mut bytes = Bytes(&head);
-            bytes.variable().ok_or_else(wrong)?;
-            let base = behind + (head.len() - bytes.0.len()) as u64;
-            let method = bytes.byte().ok_or_else(wrong)?;
-            let places = section.places(input, base, self.forms.len()).ok_or_else(wrong)??;
-            let mut unpacked: HashMap<u64, Vec<u8>> = HashMap::new();
-            for (signal, &number) in loaded.iter_mut().zip(wanted) {
-                let (file, _) = self.signals[number as usize];
-                let (from, to) = match places[file as usize] {
-                    Place::None => continue,
-                    Place::At(from, to) => (from, to),
-                    Place::Same(other) => match places.get(other) {
-                        Some(Place::At(from, to)) => (*from, *to),
-                        _ => return Err(wrong()),
-                    },
-                };
-                let changes = match unpacked.entry(from) {
-                    std::collections::hash_map::Entry::Occupied(known) => known.into_mut(),
-                    std::collections::hash_map::Entry::Vacant(new) => {
-                        new.insert(changes(&part(input, base + from, to - from)?, method).ok_or_else(wrong)?)
-                    }
-                };
-                let decoder = Decoder { form: self.forms[file as usize], little: self.little, times: &section.times };
-                decoder.decode(changes, signal).ok_or_else(wrong)?;
+    /// The signals of these numbers, in this order. Those that do the same are read once: a file may give the same changes
+    /// to any number of them.
+    pub fn load(&mut self, wanted: &[u32]) -> Result<Vec<Arc<Signal>>, Fault> {
+        let mut alike = Alike::new(wanted.iter().map(|&number| {
+            let (file, kind) = self.signals[number as usize];
+            (self.forms[file as usize], kind)
+        }));
+        for i in 0..self.sections.len() {
+            let parts = self.parts(i)?;
+            alike.part(|at| parts.places[self.signals[wanted[at] as usize].0 as usize]);
+            if let Some(frame) = &parts.frame {
+                let starts = self.starts();
+                alike.part(|at| {
+                    let file = self.signals[wanted[at] as usize].0 as usize;
+                    frame.get(starts[file]..starts[file + 1]).map(<[u8]>::to_vec)
+                });
             }
         }
-        Ok(loaded)
+        let firsts: Vec<u32> = alike.firsts.iter().map(|&at| wanted[at]).collect();
+        let mut loaded: Vec<Signal> =
+            firsts.iter().map(|&number| Signal::new(self.signals[number as usize].1)).collect();
+        for i in 0..self.sections.len() {
+            let Parts { frame, base, method, places } = self.parts(i)?;
+            if let Some(frame) = frame {
+                self.begin(&frame, self.sections[i].start, &firsts, &mut loaded);
+            }
+            for (signal, &number) in loaded.iter_mut().zip(&firsts) {
+                let (file, _) = self.signals[number as usize];
+                let Some((from, to)) = places[file as usize] else { continue };
+                let packed = part(&mut *self.input, base + from, to - from)?;
+                let section = &self.sections[i];
+                let decoder = Decoder { form: self.forms[file as usize], little: self.little, times: &section.times };
+                let decoded = changes(&packed, method).and_then(|changes| decoder.decode(&changes, signal));
+                decoded.ok_or_else(|| section.wrong())?;
+            }
+        }
+        let loaded: Vec<Arc<Signal>> = loaded.into_iter().map(Arc::new).collect();
+        Ok(alike.classes.iter().map(|&class| loaded[class as usize].clone()).collect())
     }
 
-    /// The values that signals have before their first change.
-    fn begin(&self, frame: &[u8], at: u64, wanted: &[u32], loaded: &mut [Signal]) {
+    /// What stands where in a section.
+    fn parts(&mut self, i: usize) -> Result<Parts, Fault> {
+        let (section, input) = (&self.sections[i], &mut *self.input);
+        let wrong = || section.wrong();
+        let Block { at, length, .. } = section.block;
+        // three numbers of at most ten bytes each tell of the values at the beginning
+        let head = part(input, at + HEAD, (length - HEAD).min(30))?;
+        let mut bytes = Bytes(&head);
+        let (unpacked, packed) = (bytes.variable().ok_or_else(wrong)?, bytes.variable().ok_or_else(wrong)?);
+        bytes.variable().ok_or_else(wrong)?;
+        let frame = at + HEAD + (head.len() - bytes.0.len()) as u64;
+        let behind = frame.checked_add(packed).filter(|&end| end <= section.chain).ok_or_else(wrong)?;
+        let begins = i == 0 && section.times.first().is_none_or(|&first| first > section.start);
+        let frame = match begins {
+            true => Some(unpack::zlib_or_plain(&part(input, frame, packed)?, unpacked).ok_or_else(wrong)?),
+            false => None,
+        };
+        let head = part(input, behind, (section.chain - behind).min(11))?;
+        let mut bytes = Bytes(&head);
+        bytes.variable().ok_or_else(wrong)?;
+        let base = behind + (head.len() - bytes.0.len()) as u64;
+        let method = bytes.byte().ok_or_else(wrong)?;
+        let places = section.places(input, base, self.forms.len()).ok_or_else(wrong)??;
+        let place = |place: &Place| match place {
+            Place::None => Ok(None),
+            Place::At(from, to) => Ok(Some((*from, *to))),
+            Place::Same(other) => match places.get(*other) {
+                Some(Place::At(from, to)) => Ok(Some((*from, *to))),
+                _ => Err(wrong()),
+            },
+        };
+        let places = places.iter().map(place).collect::<Result<_, _>>()?;
+        Ok(Parts { frame, base, method, places })
+    }
+
+    /// Where the first value of each signal begins among those of all, and where the last ends.
+    fn starts(&self) -> Vec<usize> {
         let mut starts = Vec::with_capacity(self.forms.len() + 1);
         let mut end = 0_usize;
         starts.push(0);
@@ -125,6 +195,12 @@ impl Values {
             });
             starts.push(end);
         }
+        starts
+    }
+
+    /// The values that signals have before their first change.
+    fn begin(&self, frame: &[u8], at: u64, wanted: &[u32], loaded: &mut [Signal]) {
+        let starts = self.starts();
         for (signal, &number) in loaded.iter_mut().zip(wanted) {
             let (file, kind) = self.signals[number as usize];
             let bytes = frame.get(starts[file as usize]..starts[file as usize + 1]).unwrap_or_default();
@@ -139,6 +215,10 @@ impl Values {
 }
 
 impl Section {
+    fn wrong(&self) -> Fault {
+        Fault::Malformed(format!("the values in the block at byte {} are wrong", self.block.at - 9))
+    }
+
     fn new(input: &mut dyn Input, block: Block, times: &mut Vec<u64>, notes: &mut Notes) -> Result<Section, Fault> {
         let begin = block.at - 9;
         let wrong = || Fault::Malformed(format!("the times in the block at byte {begin} are wrong"));

@@ -249,9 +249,7 @@ impl Reader {
                 }
             }
             Shape::Array(_, ranges) if scalars == 0 || ranges.len() != 1 => {
-                for _ in 0..scalars {
-                    stream.unsigned()?;
-                }
+                self.pass_over(stream, kind)?;
                 let why = match scalars {
                     0 => "it has no elements".to_owned(),
                     _ => format!("it is an array of {} dimensions; one is read", ranges.len()),
@@ -288,6 +286,28 @@ impl Reader {
                     self.variable(stream, name, kind)?;
                 }
                 self.outline.leave();
+            }
+        }
+        Ok(())
+    }
+
+    /// The signals of what is left out: their values stand in the file nevertheless.
+    fn pass_over(&mut self, stream: &mut Stream<impl BufRead>, kind: &Type) -> Result<(), Stop> {
+        if kind.scalars == Some(0) {
+            return Ok(());
+        }
+        match &kind.shape {
+            Shape::Scalar(scalar) => self.signals.declare(stream.unsigned()?, *scalar),
+            Shape::Array(element, ranges) => {
+                let count = ranges.iter().fold(1_u64, |n, range| n.saturating_mul(range.len()));
+                for _ in 0..count {
+                    self.pass_over(stream, element)?;
+                }
+            }
+            Shape::Record(fields) => {
+                for (_, kind) in fields.iter() {
+                    self.pass_over(stream, kind)?;
+                }
             }
         }
         Ok(())

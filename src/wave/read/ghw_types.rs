@@ -173,7 +173,7 @@ impl Range {
         if self.down { (self.right, self.left) } else { (self.left, self.right) }
     }
 
-    fn len(&self) -> u64 {
+    pub fn len(&self) -> u64 {
         let (low, high) = self.ends();
         if low > high { 0 } else { high.abs_diff(low).saturating_add(1) }
     }

@@ -52,17 +52,27 @@ impl Signals {
         self.kept.len() as u32 - 1
     }
 
+    /// A scalar that has values, whether anything wants them or not.
+    pub fn declare(&mut self, number: u64, scalar: Scalar) {
+        self.scalars.entry(number).or_insert(Declared { scalar, users: Vec::new() });
+    }
+
     /// The signal of a scalar; none if it is of another type elsewhere.
     pub fn scalar(&mut self, number: u64, scalar: Scalar) -> Option<u32> {
         if matches!(scalar, Scalar::Logic | Scalar::Bit) {
             return self.vector(&[number], scalar);
         }
-        if let Some(known) = self.scalars.get(&number) {
-            return known.users.first().map(|user| user.0).filter(|_| known.scalar == scalar);
+        let known = self.scalars.get(&number);
+        if known.is_some_and(|known| known.scalar != scalar) {
+            return None;
+        }
+        if let Some(user) = known.and_then(|known| known.users.first()) {
+            return Some(user.0);
         }
         let value = if scalar == Scalar::Real { Current::Real(0.0) } else { Current::Number(0) };
         let signal = self.keep(scalar.kind(), value);
-        self.scalars.insert(number, Declared { scalar, users: vec![(signal, 0)] });
+        self.declare(number, scalar);
+        self.scalars.entry(number).and_modify(|known| known.users.push((signal, 0)));
         Some(signal)
     }
 
@@ -72,6 +82,7 @@ impl Signals {
             return Some(known);
         }
         if numbers.iter().any(|number| self.scalars.get(number).is_some_and(|known| known.scalar != scalar)) {
+            numbers.iter().for_each(|&number| self.declare(number, scalar));
             return None;
         }
         let width = u32::try_from(numbers.len()).unwrap_or(u32::MAX).min(Layout::MAX_WIDTH + 1);

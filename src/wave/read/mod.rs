@@ -302,8 +302,7 @@ impl Waves {
         let loaded: Vec<Arc<Signal>> = match &mut self.source {
             Source::Memory(all) => wanted.iter().map(|&number| all[number as usize].clone()).collect(),
             Source::Fst(values) => {
-                let loaded = values.load(&wanted).map_err(|fault| ReadError { path: self.path.clone(), fault })?;
-                loaded.into_iter().map(Arc::new).collect()
+                values.load(&wanted).map_err(|fault| ReadError { path: self.path.clone(), fault })?
             }
         };
         let at = |number: u32| &loaded[wanted.binary_search(&number).expect("it was asked for")];

@@ -246,6 +246,39 @@ fn one_odd_variable_is_left_out() {
     assert_eq!(open(widest).unwrap().vars.len(), 1);
 }
 
+/// By hand from GHDL's description of the format: an array of two dimensions, in either order of bytes, and a bit.
+#[test]
+fn an_array_of_several_dimensions_is_left_out_of_ghw() {
+    for big in [false, true] {
+        let four = |n: u32| if big { n.to_be_bytes() } else { n.to_le_bytes() };
+        let eight = |n: u64| if big { n.to_be_bytes() } else { n.to_le_bytes() };
+        let mut file = b"GHDLwave\n\x10\x00\x01".to_vec();
+        file.extend([if big { 2 } else { 1 }, 4, 1, 0]);
+        file.extend(b"STR\0\0\0\0\0");
+        file.extend([four(6), four(14)].concat());
+        // each text ends with how much of it the next one has
+        file.extend(b"'0'\x01'1'\x00bit\x00m\x00good\x00top\x00EOS\0");
+        file.extend(b"TYP\0\0\0\0\0");
+        file.extend(four(4));
+        file.extend([22, 3, 2, 1, 2]);
+        file.extend([25, 0]);
+        file.extend([31, 0, 1, 2, 2, 2]);
+        file.extend([35, 0, 3, 25, 0, 1, 25 | 0x80, 2, 0]);
+        file.extend(b"\0WKT\0\0\0\0\0\0HIE\0\0\0\0\0");
+        file.extend([four(1), four(2), four(7)].concat());
+        file.extend([3, 6, 16, 4, 4, 1, 2, 3, 4, 5, 6, 16, 5, 1, 7, 15, 0]);
+        file.extend(b"EOH\0SNP\0\0\0\0\0");
+        file.extend(eight(0));
+        file.extend(b"\0\0\0\0\0\0\0ESN\0CYC\0");
+        file.extend(eight(5));
+        file.extend(b"\x07\x01\x00\x03\x07\x00\x00\x7fECY\0TAI\0");
+        let read = open(&file).unwrap();
+        assert_eq!(read.vars, [("top.good".to_owned(), text(&[(0, "0"), (5, "1"), (8, "0")]))]);
+        assert_eq!(read.left_out, [("top.m".to_owned(), "it is an array of 2 dimensions; one is read".to_owned())]);
+        assert!(!read.cut, "{:?}", read.warnings);
+    }
+}
+
 /// The same identifier as a bit, a vector and a number is three variables.
 #[test]
 fn one_identifier_of_several_kinds() {
@@ -359,6 +392,7 @@ fn cut_files_are_read_as_far_as_they_go() {
             && cut("#0\n$dumpvars\n1!\n")
             && cut("#0\n$dum")
     );
+    assert!(cut("#110\n1!\n#12\n#1") && cut("#110\n1!\n#1"));
     assert!(cut("#0\n1!\nb0101 ?") && !cut("#0\n1!\nb0101 \"") && !cut("#0\n1!\n#5"));
     assert!(open(b"$scope module a $end $var wire 1 ! a $end $va").unwrap().cut);
     assert!(open(b"$scope module a $end $var wire 1 ! a $end").unwrap().cut);
@@ -422,6 +456,33 @@ fn all_packings_of_fst() {
             }
         }
     }
+}
+
+/// Variables with the same changes are read once; one that differs in a single change is another.
+#[test]
+fn many_that_are_alike_are_read_once() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.fst");
+    let mut writer = crate::fst::FstWriter::new(crate::output::Output::create(&path).unwrap());
+    let mut layout = crate::Layout::default();
+    let top = layout.scope("top", None);
+    let vars: Vec<usize> = (0..200).map(|i| layout.var(top, &format!("v{i}"), 8)).collect();
+    use crate::Sink;
+    writer.begin(&layout).unwrap();
+    for n in 0..500 {
+        writer.time(n).unwrap();
+        // two of them are not as the others
+        for &var in &vars {
+            let value = if var == 7 && n > 3 || var == 150 && n == 499 { 1 } else { n % 200 };
+            writer.change(var, &[crate::value::Word::known(value)]);
+        }
+    }
+    writer.finish(500).unwrap();
+    let mut waves = Waves::open(&path).unwrap();
+    let loaded = waves.signals(&(0..200).collect::<Vec<_>>()).unwrap();
+    let same = |a: usize, b: usize| Arc::ptr_eq(&loaded[a], &loaded[b]);
+    assert!(same(0, 1) && same(0, 199) && !same(0, 7) && !same(0, 150) && !same(7, 150));
+    wellen_agrees(&path);
 }
 
 fn mutations() -> impl Strategy<Value = Vec<(prop::sample::Index, u8, u8)>> {

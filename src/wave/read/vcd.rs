@@ -423,6 +423,9 @@ impl<R: Read> Reader<R> {
             return Err(Fault::Malformed(format!("line {line}: the time {now} is more than 2^64-1 ticks")));
         };
         match self.times.last() {
+            Some(&last) if now < last && self.tokens.unfinished => {
+                self.notes.cut(format!("line {line}: the last time is not complete"));
+            }
             Some(&last) if now < last => {
                 let back = || format!("line {line}: time goes back from {last} to {now}; it is taken to stand still");
                 self.notes.add("back", back);
