@@ -1,5 +1,5 @@
 //! Random netlists with x and z at random times on all engines, every net compared after every instant, until it is
-//! stopped or they differ. `docs/engines.md` says more.
+//! stopped or they differ. `docs/inside-the-compiled-engine.md` says more.
 //!
 //!     cargo run --example fuzz -- --seed 1
 //!     cargo run --example fuzz -- --seed 17 --only

@@ -30,18 +30,18 @@ pub struct Probe {
 pub enum SimulatorError {
     /// There is no such signal; the name nearest to it, if one is near.
     Unknown {
-        /// What was asked for.
+        /// The name that was asked for.
         name: String,
-        /// What may have been meant.
+        /// The most similar name that the circuit has, if one is similar enough.
         nearest: Option<String>,
     },
     /// The signal is not an input of the circuit.
     NotAnInput(String),
     /// The circuit does not settle; the nets that keep changing, by name.
     Unsettled {
-        /// The tick.
+        /// The tick in which it keeps changing.
         time: u64,
-        /// The nets.
+        /// The paths of the nets that keep changing.
         nets: Vec<String>,
     },
 }
@@ -171,7 +171,7 @@ impl<'n, E: Engine> Simulator<'n, E> {
         self.engine.add_clock(input.net, clock);
     }
 
-    /// Lets everything settle at the present tick.
+    /// Lets inputs that were set take effect, and everything settle, at the present tick.
     ///
     /// # Errors
     /// If something never settles.
@@ -192,7 +192,7 @@ impl<'n, E: Engine> Simulator<'n, E> {
         Ok(())
     }
 
-    /// The present tick.
+    /// The present time in ticks of the netlist's timescale.
     #[must_use]
     pub fn now(&self) -> u64 {
         self.engine.now()

@@ -1,6 +1,6 @@
-//! The command line as it is typed: what may be said, and the help for it. Nothing is resolved here.
+//! The command line as it is typed: commands, options, and their help. Nothing is resolved here.
 //!
-//! What means the same in several commands is one struct that they share.
+//! Options that mean the same in several commands are one struct that they share.
 
 mod drawing;
 mod feed;
@@ -60,7 +60,7 @@ pub enum Command {
     Check(CheckArgs),
     /// Run scenarios, and compare them with their golden traces
     Test(TestArgs),
-    /// Compare two waveforms: where they differ first, and what was around
+    /// Compare two waveforms, and show the first difference
     Diff(DiffArgs),
     /// Print a waveform as text
     Wave(WaveTextArgs),
@@ -101,14 +101,14 @@ Examples:
   discreta run circuits/evaluation/line.json -s dx=5 -s dy=3 -o line.vcd
         with these inputs; the waveform goes to line.vcd
   discreta run circuits/evaluation/line.json -o line.vcd --save && gtkwave line.gtkw
-        shown as it suits the circuit: groups, signed numbers, coordinates as steps
+        set up for the circuit: groups, signed numbers, coordinates as steps
   discreta run counter.json -p W=16 --cycles 100 --trace 'q' --trace 'stage[*].*' -o -
         100 clocks of a 16-bit counter; some nets, to standard output
 
   discreta run cpu.json --clock clk=10ns -s rst=0 --cycles 1000 -o cpu.vcd
         a netlist that Yosys wrote: yosys -p \"read_verilog cpu.v; prep; write_json cpu.json\"
   discreta run cpu.json --stimulus icarus.vcd --scope bench.cpu --expect
-        driven as another simulator did it, and compared with what that got (a; b is this run)
+        driven as in another simulator, and compared with its results (a; b is this run)
 
 Values are numbers (5, -1) or literals (4'b10x1, 8'hff).
 Exit status: 0 stopped as asked; 1 a limit was hit first, or an expectation failed; 2 usage, input or output.")]
@@ -130,7 +130,7 @@ pub struct RunArgs {
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub output: Vec<PathBuf>,
 
-    /// Beside each waveform, write what GTKWave (.gtkw) and Surfer (.sucl) are to show of it
+    /// Beside each waveform, write a set-up for GTKWave (.gtkw) and Surfer (.sucl)
     #[arg(long, requires = "output")]
     pub save: bool,
 
@@ -138,7 +138,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "GLOB")]
     pub trace: Vec<String>,
 
-    /// The engine and what it does about x.
+    /// The engine, and what to do about x.
     #[command(flatten)]
     pub engine: EngineArgs,
 
@@ -150,7 +150,7 @@ pub struct RunArgs {
     #[command(flatten)]
     pub wave: WaveArgs,
 
-    /// Say more: every output, warnings in full, what ran on which engine
+    /// Say more: every output, warnings in full, and which engine ran
     #[arg(short, long)]
     pub verbose: bool,
 }
@@ -162,7 +162,7 @@ Examples:
   discreta check my-circuit.json
   discreta check circuits/**/*.json --format json
 
-Every fault is shown with its place and what to do, not only the first.
+Shows every fault, not only the first, with its place and what to do.
 Exit status: 0 no errors (there may be warnings); 1 errors; 2 usage, input or output.")]
 pub struct CheckArgs {
     /// Circuit files and scenarios
@@ -186,7 +186,7 @@ Examples:
         every scenario below traces/
   discreta test traces/evaluation/line_5_3.json
   discreta test --bless
-        take the waveforms of this run as the golden ones; look at what changed before you commit them
+        make the waveforms of this run the golden ones; look at the changes before you commit them
 
 Exit status: 0 all agree; 1 some differ or fail; 2 usage, input or output.")]
 pub struct TestArgs {
@@ -198,7 +198,7 @@ pub struct TestArgs {
     #[arg(long)]
     pub bless: bool,
 
-    /// The engine and what it does about x.
+    /// The engine, and what to do about x.
     #[command(flatten)]
     pub engine: EngineArgs,
 
@@ -214,10 +214,10 @@ Examples:
   discreta diff line.vcd traces/evaluation/line_5_3.vcd
   discreta diff mine.vcd icarus.fst --ignore-end --ignore-x b
   discreta diff line.vcd line_tb.vcd --scope testbench.line
-        with what a test bench around the circuit recorded
+        with the waveform of a test bench around the circuit
 
-Signals are matched by their full names, or those from the scope on, and compared by the value that each has at the end of a tick.
-Exit status: 0 the same; 1 different; 2 a file cannot be read, or only as far as it goes, or usage.")]
+Signals are matched by their full names, or by their names below --scope. What counts is the value at the end of each tick.
+Exit status: 0 the same; 1 different; 2 a file cannot be read, or not to its end, or usage.")]
 pub struct DiffArgs {
     /// The first waveform: VCD, FST or GHW
     #[arg(value_name = "A", value_hint = ValueHint::FilePath)]
@@ -229,16 +229,16 @@ pub struct DiffArgs {
 
     /// Where in a waveform the circuit stands, e.g. bench.dut; may be given twice, for A and for B
     ///
-    /// Only what is below is compared, by its names from there on. Where one of the two has no such scope, it is compared
-    /// from the scope on below which it has the same names.
+    /// Only signals below this scope are compared, by their names relative to it. If one of the two has no such scope, the
+    /// scope in it that has the same names below it is taken.
     #[arg(long, value_name = "PATH")]
     pub scope: Vec<String>,
 
-    /// Let x in one of the two agree with anything; otherwise x agrees only with x
+    /// Let x in A, or in B, agree with anything; otherwise x agrees only with x
     #[arg(long, value_name = "SIDE")]
     pub ignore_x: Option<DontCare>,
 
-    /// Let one of the two end earlier
+    /// Let one of the two end earlier than the other
     #[arg(long)]
     pub ignore_end: bool,
 
@@ -261,7 +261,7 @@ pub struct DiffArgs {
 Examples:
   discreta stats circuits/evaluation/line.json circuits/evaluation/line_gates.json
   discreta stats circuits/evaluation/line_gates.json -p W=16 --depth 1
-        with 16 bits, and what each part of the circuit takes
+        with 16 bits, and the counts of each part of the circuit
   discreta stats my-circuit.json --format json
 
 docs/stats.md says what counts as what.
@@ -275,9 +275,9 @@ pub struct StatsArgs {
     #[command(flatten)]
     pub elaboration: ElaborationArgs,
 
-    /// Go so many modules and blocks down from the top
+    /// Go this many levels of modules and blocks down from the top
     ///
-    /// Each of them is counted too.
+    /// Each module and block on the way is counted too.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub depth: u32,
 
@@ -286,7 +286,7 @@ pub struct StatsArgs {
     pub format: FormatArgs,
 }
 
-/// What a circuit is written as.
+/// The format that a circuit is written in.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub enum ExportFormat {
     /// Verilog-2005: modules that can be synthesized, and a test bench.
@@ -303,23 +303,23 @@ pub enum ExportFormat {
 Examples:
   discreta export circuits/evaluation/line.json --to verilog -o line.v
   discreta export circuits/evaluation/line.json --to verilog -o line.v --testbench line_tb.v -s dx=5 -s dy=3
-        and a test bench that does what `run` does with the same options; then
+        with a test bench that does what `run` does with the same options; then
         iverilog -g2005 -o line line.v line_tb.v && ./line
   discreta export circuits/evaluation/line_gates.json --to verilog -p W=16
         to standard output
 
   discreta export circuits/evaluation/line.json --to yosys-json -o line_netlist.json
-        which Yosys reads (read_json), and discreta too
+        for Yosys (read_json) and discreta to read
   discreta export circuits/evaluation/line_gates.json --to dot --depth 0 | dot -Tsvg > line.svg
 
-docs/export.md says what becomes of what.
-Exit status: 0 written; 2 a faulty circuit, what cannot be written, usage, input or output.")]
+docs/export.md says what each cell becomes.
+Exit status: 0 written; 2 a faulty circuit, one that the format cannot hold, usage, input or output.")]
 pub struct ExportArgs {
     /// The circuit file, a netlist of Yosys (write_json), or a scenario that names one
     #[arg(value_name = "CIRCUIT", value_hint = ValueHint::FilePath)]
     pub circuit: PathBuf,
 
-    /// As what
+    /// The format
     #[arg(long, value_name = "FORMAT")]
     pub to: ExportFormat,
 
@@ -327,13 +327,13 @@ pub struct ExportArgs {
     #[arg(short, long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
     pub output: PathBuf,
 
-    /// Go so many modules and blocks down from the top
+    /// Go this many levels of modules and blocks down from the top
     ///
-    /// In a graph, instances further down are drawn as boxes; without it, none are.
+    /// In a graph, instances further down are drawn as boxes; without this option, none are.
     #[arg(long, value_name = "N")]
     pub depth: Option<usize>,
 
-    /// Write a test bench that runs the scenario, too; to the same place (-), after the design
+    /// Also write a test bench that runs the scenario; - puts it after the design
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub testbench: Option<PathBuf>,
 
@@ -350,7 +350,7 @@ pub struct ExportArgs {
     pub trace: Vec<String>,
 }
 
-/// What a schema is of.
+/// The kind of file that a schema describes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub enum SchemaKind {
     /// A circuit file.
@@ -367,7 +367,7 @@ Examples:
         name it in the circuit file: \"$schema\": \"circuit.schema.json\"
   discreta schema scenario")]
 pub struct SchemaArgs {
-    /// Of what
+    /// The kind of file
     #[arg(value_name = "OF", default_value = "circuit")]
     pub of: SchemaKind,
 }
@@ -391,7 +391,7 @@ Examples:
   discreta man | man -l -
   discreta man run > discreta-run.1")]
 pub struct ManArgs {
-    /// The command whose page it is; without one, that of the program
+    /// The command; without one, the page of discreta itself
     #[arg(value_name = "COMMAND")]
     pub command: Option<String>,
 }

@@ -19,10 +19,10 @@ use crate::wave::output::{Destination, Output};
 /// Faults of the circuit or scenario, what the format cannot say, a file that cannot be written.
 pub fn run(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
     match args.to {
-        ExportFormat::Verilog if args.depth.is_some() => Err(CliError::usage("`--depth` is of graphs: `--to dot`")),
+        ExportFormat::Verilog if args.depth.is_some() => Err(CliError::usage("`--depth` is for graphs: `--to dot`")),
         ExportFormat::Verilog => verilog(args, out),
         _ if args.testbench.is_some() => Err(CliError::usage("a test bench is Verilog: `--to verilog`")),
-        ExportFormat::YosysJson if args.depth.is_some() => Err(CliError::usage("`--depth` is of graphs: `--to dot`")),
+        ExportFormat::YosysJson if args.depth.is_some() => Err(CliError::usage("`--depth` is for graphs: `--to dot`")),
         ExportFormat::YosysJson => {
             let mut loader = loader(&args.elaboration)?;
             let text = netlist::yosys_json(&mut loader, &args.circuit, &args.elaboration.parameter);

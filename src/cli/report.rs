@@ -238,7 +238,7 @@ impl Report<'_> {
                 ),
                 (Rule::Value(Some(t), _), _) => (
                     format!(
-                        "the run ended at {}, but `{name}` was to be looked at at {}",
+                        "the run ended at {}, but `{name}` was to be checked at {}",
                         time(netlist, self.outcome.time),
                         time(netlist, *t)
                     ),

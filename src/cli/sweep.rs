@@ -60,7 +60,7 @@ fn sweep(args: &SweepArgs, path: &Path, out: &mut Out) -> Result<Status, CliErro
     let prepared = faults(&mut loader, prepared)?;
     if prepared.replay.is_some() {
         return Err(CliError::usage("a waveform drives the inputs of this scenario, so they cannot be swept")
-            .with_hint("name the circuit itself, whose own scenario the waveform takes the place of"));
+            .with_hint("name the circuit itself: the waveform replaces its own scenario"));
     }
     let Prepared { circuit, scenario, .. } = &prepared;
     let netlist = &circuit.netlist;
@@ -89,7 +89,7 @@ fn sweep(args: &SweepArgs, path: &Path, out: &mut Out) -> Result<Status, CliErro
         None => None,
     };
     if !(scenario.expect.is_empty() && scenario.checks.is_empty() && scenario.monitors.is_empty()) {
-        eprintln!("note: a sweep does not look at expectations, timing checks and the circuit's own assertions");
+        eprintln!("note: a sweep does not check expectations, timing checks and the circuit's own assertions");
     }
     let is_output = |s: &SignalId| matches!(netlist.signal(*s).port, Some(Direction::Output | Direction::Inout));
     let outputs = match args.show.is_empty() {

@@ -94,7 +94,7 @@ fn argument(
                         format!("`{}` is {n}, the limit of a width is {most_bits}", parameter.name),
                     )
                     .at(given.span, format!("this is {n}"))
-                    .help("if it is meant to be, raise the limit by `--limit width=BITS`"),
+                    .help("if you need that, raise the limit: `--limit width=BITS`"),
                 );
                 return None;
             }

@@ -208,7 +208,7 @@ impl<'e> Elaboration<'e> {
                     format!("`{}` has a width of {n} bits, the limit is {}", name.value, self.limits.width),
                 )
                 .at(expr.span(), format!("this is {n}"))
-                .help("if it is meant to be, raise the limit by `--limit width=BITS`"),
+                .help("if you need that, raise the limit: `--limit width=BITS`"),
             );
             return None;
         }
@@ -240,7 +240,7 @@ impl<'e> Elaboration<'e> {
             self.diagnostics.push(
                 Diagnostic::new(Code::TooLarge, format!("the circuit passes the limit of {value} {what}"))
                     .at(span, "with this")
-                    .help(format!("if it is meant to be, raise the limit by `--limit {limit}=VALUE`")),
+                    .help(format!("if you need that, raise the limit: `--limit {limit}=VALUE`")),
             );
         }
     }
@@ -405,7 +405,7 @@ impl<'e> Elaboration<'e> {
                     format!("`{}` is repeated {count} times, the limit is {}", name.value, self.limits.repeat),
                 )
                 .at(repeat.to.span(), format!("this is {to}"))
-                .help("if it is meant to be, raise the limit by `--limit repeat=COUNT`"),
+                .help("if you need that, raise the limit: `--limit repeat=COUNT`"),
             );
             return false;
         }

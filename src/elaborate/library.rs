@@ -101,7 +101,7 @@ impl Library {
     fn check(&self, first: usize, diagnostics: &mut Diagnostics) {
         let imports = |file: usize| self.files[file].imports.clone();
         for path in cycles(first..self.files.len(), imports) {
-            let fault = Diagnostic::new(Code::ImportCycle, "files import each other in a circle");
+            let fault = Diagnostic::new(Code::ImportCycle, "files import each other");
             let fault = path.iter().enumerate().fold(fault, |d, (i, span)| {
                 if i == 0 {
                     d.at(*span, "this import leads back to its own file")

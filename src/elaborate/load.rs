@@ -19,13 +19,13 @@ use crate::syntax::Simulation;
 /// A circuit ready to run.
 #[derive(Debug)]
 pub struct Circuit {
-    /// The netlist.
+    /// The circuit with modules laid flat, parameters and repetition resolved.
     pub netlist: Netlist,
     /// The values of the top module's parameters.
     pub parameters: IndexMap<String, i64>,
     /// The default scenario of the file, if it has one.
     pub simulation: Option<Simulation>,
-    /// Where that stands.
+    /// Where the default scenario stands in the file.
     pub simulation_span: Option<Span>,
     /// Where the top module's name stands.
     pub span: Span,
@@ -37,8 +37,8 @@ pub struct Circuit {
 }
 
 impl Circuit {
-    /// Takes a tick for what it is elsewhere, if the file does not say what it is here: a netlist of Yosys has a tick of
-    /// 1 ns by convention only.
+    /// Takes over the timescale of a waveform, if the file does not fix one: a netlist of Yosys has a tick of 1 ns by
+    /// convention only.
     pub(crate) fn adopt(&mut self, timescale: Timescale) {
         if self.origins.is_some() {
             self.netlist.set_timescale(timescale);
@@ -69,7 +69,7 @@ impl Circuit {
 #[derive(Debug)]
 pub struct LoadError {
     rendered: String,
-    /// The faults.
+    /// All faults, errors and warnings, in the order of the files.
     pub diagnostics: Diagnostics,
 }
 

@@ -104,7 +104,7 @@ impl Report<'_> {
                 }
                 let told = d.labels.iter().any(|l| l.span == place.span);
                 let d = if told { d } else { d.also(place.span, "the net") };
-                self.diagnostics.push(d.help("leave one of them; only `tristate` cells may share a net"));
+                self.diagnostics.push(d.help("keep one of them; only `tristate` cells may share a net"));
             }
             Fault::Undriven { signal: id, lo, width } => {
                 let Some(place) = self.places.signals.get(id).filter(|p| !p.muted) else { return };
@@ -214,7 +214,7 @@ impl Report<'_> {
                     d = if i == 0 { d.at(place.span, text) } else { d.also(place.span, text) };
                 }
             }
-            self.diagnostics.push(d.help("if it is meant, say so in the module: \"allow\": [\"combinational-loop\"]"));
+            self.diagnostics.push(d.help("if you mean it, say so in the module: \"allow\": [\"combinational-loop\"]"));
         }
     }
 }

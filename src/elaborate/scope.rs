@@ -181,7 +181,7 @@ impl Reader<'_> {
     fn too_wide(&self, what: &str, bits: u64, place: Span) -> Diagnostic {
         Diagnostic::new(Code::TooLarge, format!("{what} comes to {bits} bits, the limit is {}", self.most_bits))
             .at(place, format!("{bits} bits up to here"))
-            .help("if it is meant to be, raise the limit by `--limit width=BITS`")
+            .help("if you need that, raise the limit: `--limit width=BITS`")
     }
 
     fn constant(&mut self, value: &Value, place: Span) -> Result<Bus, Option<Box<Diagnostic>>> {
@@ -190,7 +190,7 @@ impl Reader<'_> {
             return Err(Some(Box::new(
                 Diagnostic::new(Code::TooLarge, message)
                     .at(place, "with this constant")
-                    .help("if it is meant to be, raise the limit by `--limit bits=BITS`"),
+                    .help("if you need that, raise the limit: `--limit bits=BITS`"),
             )));
         }
         Ok(self.builder.constant(value))
@@ -271,7 +271,7 @@ impl Reader<'_> {
         if parts.len() as u64 * u64::from(width) > self.most_in_all {
             let message = format!("{} inputs of {width} bits pass the limit of {} bits", parts.len(), self.most_in_all);
             let fault = Diagnostic::new(Code::TooLarge, message).at(*span, "these inputs");
-            self.diagnostics.push(fault.help("if it is meant to be, raise the limit by `--limit bits=BITS`"));
+            self.diagnostics.push(fault.help("if you need that, raise the limit: `--limit bits=BITS`"));
             return Err(Faulty);
         }
         let mut all = Vec::new();

@@ -19,7 +19,7 @@ pub fn read_file(path: &Path, limits: &Limits, sources: &mut Sources) -> Result<
     let limit = limits.file_size.min(u64::from(u32::MAX) - 1);
     let too_large = |size: &str| {
         Diagnostic::new(Code::TooLarge, format!("`{name}` is too large: {size}, the limit is {limit}"))
-            .help("if it is meant to be, raise the limit by `--limit file-size=BYTES`")
+            .help("if you need that, raise the limit: `--limit file-size=BYTES`")
     };
     if size > limit {
         return Err(too_large(&format!("{size} bytes")));
@@ -153,7 +153,7 @@ mod tests {
         assert_eq!(
             read(&file("large.json", &[b' '; 101])).unwrap_err(),
             "too-large: `D/large.json` is too large: 101 bytes, the limit is 100; \
-             if it is meant to be, raise the limit by `--limit file-size=BYTES`"
+             if you need that, raise the limit: `--limit file-size=BYTES`"
         );
         assert_eq!(
             read(&file("latin.json", b"{\n\"\xe9\"}")).unwrap_err(),

@@ -34,20 +34,20 @@ pub use unsettled::Unsettled;
 /// An x or z that reached a clock or control of a storage cell after a known value.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct UnknownControl {
-    /// The tick.
+    /// The tick at which it arrived.
     pub time: u64,
-    /// The cell.
+    /// The storage cell whose control it is.
     pub cell: CellId,
     /// The name of its pin.
     pub pin: &'static str,
-    /// The net.
+    /// The net that the pin reads.
     pub net: NetId,
 }
 
 /// Steps a netlist through time.
 ///
-/// An instant has two waves: [`advance`](Engine::advance) makes the first of each, in which clocks and delays change;
-/// [`drive`](Engine::drive) and [`settle`](Engine::settle) make the second at the present tick.
+/// An instant has two evaluation phases. [`advance`](Engine::advance) runs the first of each, in which clocks and delays
+/// change; [`drive`](Engine::drive) and [`settle`](Engine::settle) run the second at the present tick.
 pub trait Engine: fmt::Debug {
     /// The present tick.
     fn now(&self) -> u64;
@@ -64,7 +64,7 @@ pub trait Engine: fmt::Debug {
         self.observe(net);
     }
 
-    /// The changes of traced nets since the log was last cleared, wave after wave, if the engine keeps a log.
+    /// The changes of traced nets since the log was last cleared, phase after phase, if the engine keeps a log.
     fn log(&mut self) -> Option<&mut Log> {
         None
     }
@@ -75,15 +75,15 @@ pub trait Engine: fmt::Debug {
     /// Changes an input; it takes effect at the next [`settle`](Engine::settle).
     fn drive(&mut self, net: NetId, value: &[Word]);
 
-    /// Runs a wave at the present tick until nothing changes.
+    /// Runs an evaluation phase at the present tick: delta cycles until nothing changes.
     ///
     /// # Errors
     /// If something never stops changing.
     fn settle(&mut self) -> Result<(), Unsettled>;
 
-    /// Makes the first wave of each instant up to tick `until`, stopping early after one in which an observed net
-    /// changed or an unknown value reached a control, or when the log has become long. Afterwards [`now`](Engine::now) is `until` or that instant. Returns
-    /// whether it stopped early.
+    /// Runs the first phase of each instant up to tick `until`. It stops early after an instant at which an observed net
+    /// changed or an unknown value reached a control, or when the log has become long. Afterwards [`now`](Engine::now)
+    /// is `until` or that instant. Returns whether it stopped early.
     ///
     /// # Errors
     /// If something never stops changing.

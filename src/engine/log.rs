@@ -6,11 +6,11 @@ use crate::value::changes::Written;
 /// A word of a net, as a field of records.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Field {
-    /// The net.
+    /// The traced net.
     pub net: NetId,
     /// Which of its words of 64 bits, the least significant being 0.
     pub word: u32,
-    /// How it is written.
+    /// How the word is packed in a record.
     pub written: Written,
 }
 

@@ -5,9 +5,9 @@ use crate::netlist::{Driver, NetId, Netlist};
 /// A run that cannot go on: some nets never settle.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Unsettled {
-    /// The tick.
+    /// The tick in which the circuit kept changing.
     pub time: u64,
-    /// The nets that keep changing and that anybody can see, in the order of the loop where it is one of gates.
+    /// The nets that keep changing and have a name or a reader, in the order of the loop if it is one of gates.
     pub nets: Vec<NetId>,
     /// Whether the loop goes through clock edges rather than through gates alone.
     pub clocked: bool,
@@ -33,7 +33,7 @@ impl Unsettled {
         nets
     }
 
-    /// Their names.
+    /// The names of [`loop_nets`](Unsettled::loop_nets), as paths below the top module.
     #[must_use]
     pub fn names(&self, netlist: &Netlist) -> Vec<String> {
         self.loop_nets(netlist).into_iter().map(|net| netlist.net_name(net)).collect()

@@ -326,10 +326,7 @@ impl fmt::Display for InputError {
                 write!(f, "the radius {root:.2} is above {}, the greatest of {bits} bits", (1_i64 << bits) - 1)
             }
             InputError::TooShort => {
-                write!(
-                    f,
-                    "no arc from the start point to the end point has one coordinate that falls and one that rises"
-                )
+                write!(f, "on no arc from the start point to the end point does one coordinate fall and the other rise")
             }
             InputError::TooGreatTool { radius, square } => {
                 let arc = (square as f64).sqrt();

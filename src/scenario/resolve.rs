@@ -25,9 +25,9 @@ pub const DEFAULT_CYCLES: u64 = 1_000_000;
 /// Changes of inputs at one tick.
 #[derive(Clone, Debug)]
 pub struct Event {
-    /// The tick.
+    /// The tick at which they change, after the clocks of that tick.
     pub time: u64,
-    /// Inputs and what they become, in order.
+    /// Inputs and their new values; of two for one input, the later wins.
     pub sets: Vec<(NetId, Value)>,
 }
 
@@ -52,7 +52,7 @@ pub enum Rule {
 /// An expectation.
 #[derive(Clone, Debug)]
 pub struct Expectation {
-    /// The signal.
+    /// The signal that it is about.
     pub signal: SignalId,
     /// What must hold of it.
     pub rule: Rule,
@@ -63,7 +63,7 @@ pub struct Expectation {
 /// A clock of the scenario.
 #[derive(Clone, Debug)]
 pub struct DrivenClock {
-    /// The input's name.
+    /// The input's name, as the scenario writes it.
     pub name: String,
     /// The net that it drives.
     pub net: NetId,
@@ -82,11 +82,11 @@ pub struct Scenario {
     pub stimulus: Vec<Event>,
     /// Stop when the signal has the value.
     pub until: Option<(SignalId, Value)>,
-    /// The last tick.
+    /// The last tick that runs.
     pub limit: u64,
     /// Whether the last tick was asked for, rather than being the default.
     pub limit_given: bool,
-    /// Whether it is a failure to get to the last tick.
+    /// Whether a run that gets to the last tick has failed: there is an `until`, and no `--cycles` or `--time`.
     pub limit_fails: bool,
     /// The signals that a waveform holds, in the order of the netlist.
     pub trace: Vec<SignalId>,
@@ -309,7 +309,7 @@ impl Resolver<'_> {
         if high == 0 || high >= period {
             self.diagnostics.push(
                 fault(format!("the clock `{}` would be high for {high} of {period} ticks", name.value), span)
-                    .help("it must be high for at least one tick and low for at least one"),
+                    .help("it must be high for at least one tick, and low for at least one"),
             );
             return None;
         }

@@ -58,9 +58,9 @@ pub enum Found {
 /// How a run went.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// Why it ended.
+    /// Why the run ended.
     pub stop: Stop,
-    /// The last tick.
+    /// The tick at which it ended.
     pub time: u64,
     /// Net changes, if the engine counts them.
     pub events: Option<u64>,

@@ -345,7 +345,7 @@ pub fn order<'t>(parts: Vec<ReadPart<'t>>) -> Result<Vec<ReadPart<'t>>, (usize, 
     for (number, p) in &numbered {
         let first = &numbered[0].1;
         if p.part.id != first.part.id || p.part.rows[2] != first.part.rows[2] || p.columns != first.columns {
-            return Err((*number, "it is of another sweep than the first".into()));
+            return Err((*number, "it belongs to another sweep than the first".into()));
         }
         if p.part.form != first.part.form {
             return Err((*number, "it is not in the form of the first".into()));

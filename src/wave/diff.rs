@@ -52,14 +52,14 @@ impl Default for Options {
 /// What [`diff`] found. All times are in ticks of [`timescale`](Difference::timescale).
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub struct Difference {
-    /// Nothing differs.
+    /// Whether nothing that counts differs.
     pub same: bool,
     /// How long a tick is; none if neither file says.
     #[serde(serialize_with = "as_text")]
     pub timescale: Option<Timescale>,
-    /// The first waveform.
+    /// The first waveform: its name and its end.
     pub a: Party,
-    /// The second waveform.
+    /// The second waveform: its name and its end.
     pub b: Party,
     /// Whether it counts that the two end at different times.
     pub ends_differ: bool,
@@ -88,7 +88,7 @@ pub struct Difference {
 pub struct Party {
     /// What it is called in the report: its path, unless the caller knows better (`expected`).
     pub name: String,
-    /// Its last time.
+    /// Its last time, in ticks of the common timescale.
     pub end: u64,
 }
 
@@ -97,11 +97,11 @@ pub struct Party {
 pub struct SignalDifference {
     /// The full name of the variable.
     pub name: String,
-    /// When.
+    /// The first tick at whose end the values differ.
     pub time: u64,
     /// The value in the first: bits, the most significant first; empty where there is none.
     pub a: String,
-    /// The value in the second.
+    /// The value in the second, in the same form.
     pub b: String,
 }
 
@@ -144,7 +144,7 @@ impl<T> List<T> {
 /// What a variable did around its first difference.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub struct Context {
-    /// The variable.
+    /// The full name of the variable.
     pub signal: String,
     /// A variable that looks like its clock: one bit, the same in both, with rising edges at equal distances.
     pub clock: Option<String>,
@@ -157,9 +157,9 @@ pub struct Context {
 /// The values at one time.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub struct Row {
-    /// When.
+    /// The tick.
     pub time: u64,
-    /// The clock from then on.
+    /// The clock's value from then on, if it is known.
     pub clock: Option<String>,
     /// The variable in the first from then on.
     pub a: String,
@@ -182,9 +182,9 @@ pub fn diff(a: &mut Waves, b: &mut Waves, options: &Options) -> Result<Differenc
 /// Two variables, given by their indices, that should have the same values.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Same {
-    /// Of the first waveform.
+    /// The index in the first waveform.
     pub a: usize,
-    /// Of the second.
+    /// The index in the second.
     pub b: usize,
     /// Whether the bits of the first stand in the opposite order.
     pub reversed: bool,
@@ -272,7 +272,7 @@ fn factor(waves: &Waves, common: Option<i32>) -> Result<u64, ReadError> {
     };
     let factor = 10_u64.checked_pow(digits).filter(|factor| waves.end().checked_mul(*factor).is_some());
     factor.ok_or_else(|| {
-        let text = format!("its last time, {} ticks, is too great for the timescale of the other", waves.end());
+        let text = format!("its last time, {} ticks, is too large for the timescale of the other", waves.end());
         ReadError::malformed(waves.path(), text)
     })
 }

@@ -47,7 +47,7 @@ impl Batches for Tee<'_> {
 /// Bits of a variable that are a variable elsewhere.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Pick {
-    /// The variable there.
+    /// The index of the variable in its waveform.
     pub var: usize,
     /// The lowest bit.
     pub lo: u32,

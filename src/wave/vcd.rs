@@ -2,7 +2,7 @@
 //!
 //! The `vcd` crate writes the header and the commands. It takes a vector bit by bit and passes each on to the destination,
 //! so times and values, which are nearly all of a file, are formatted here, eight bits or two digits at a time: `cargo
-//! bench --bench wave` has both ways beside each other (docs/engines.md). The bytes are the same everywhere: no date, no
+//! bench --bench wave` measures both (docs/inside-the-compiled-engine.md). The bytes are the same everywhere: no date, no
 //! version number. A file cut off at the end of any line after the header reads as the run up to there.
 
 use std::io;

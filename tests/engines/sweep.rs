@@ -306,7 +306,7 @@ fn shards_join_to_the_whole() {
         let (_, other) = file(&format!("other.{form}"));
         run(&words(&[LINE, "--shard", "3/3", "-s", "xh=1", "-o", &other], &over));
         let (status, _, stderr) = join(&[parts[0].clone(), parts[2].clone(), other]);
-        assert!(status == 2 && stderr.contains("it is of another sweep than the first"), "{stderr}");
+        assert!(status == 2 && stderr.contains("it belongs to another sweep than the first"), "{stderr}");
     }
 }
 
@@ -345,7 +345,7 @@ fn a_sweep_goes_on_where_it_was_left() {
         }
         fs::write(&part, format!("{}\n", head.replace(&id, "0000000000000000"))).unwrap();
         let (status, _, stderr) = run(&[&args[..], &["--resume"]].concat());
-        assert!(status == 2 && stderr.contains("is of another sweep"), "{stderr}");
+        assert!(status == 2 && stderr.contains("belongs to another sweep"), "{stderr}");
     }
 }
 

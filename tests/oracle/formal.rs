@@ -203,7 +203,7 @@ fn cell(kind: &str, parameters: Json, list: &[(&str, &str, Json)]) -> Json {
 const ONE: &str = "00000000000000000000000000000001";
 
 /// Gates that hold a state in a circle have no meaning to a SAT solver. The flip-flop of NOR gates is the SR element that
-/// `tests/gate_modules.rs` shows it to be in every sequence; while both inputs are 1 both of its outputs are 0.
+/// `tests/proofs/gate_modules.rs` shows it to be in every sequence; while both inputs are 1 both of its outputs are 0.
 fn hold_state(file: &mut Json) {
     let modules = file["modules"].as_object_mut().unwrap();
     let Some(module) = modules.get_mut("sr_nor") else { return };

@@ -220,7 +220,7 @@ fn latch_bench(gates: &str) -> String {
     )
 }
 
-/// A gate of a latch that the bench ties to a clock, or to its inverse, closes with it, whatever the waveform calls it.
+/// The enable of a latch that the bench ties to a clock, or to its inverse, closes with it, whatever the waveform calls it.
 #[needs(iverilog, vcd2fst, yosys)]
 #[test]
 fn gates_of_latches_that_are_the_clock() {
@@ -238,7 +238,8 @@ fn gates_of_latches_that_are_the_clock() {
     let folder = make("replay_latch_maybe", LATCH, &latch_bench("{1'b0, clk & ~slow}"));
     let line = "run prep.json --stimulus icarus.vcd --scope tb.u";
     let (_, _, err) = run(&folder, line);
-    for text in ["warning[ambiguous-order]", "`g[0]` and another, the gate of a latch", "`--first clk_ff --first g[0]`"]
+    for text in
+        ["warning[ambiguous-order]", "`g[0]` and another, the enable of a latch", "`--first clk_ff --first g[0]`"]
     {
         assert!(err.contains(text), "no `{text}` in {err}");
     }

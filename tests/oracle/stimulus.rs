@@ -243,7 +243,7 @@ fn vectors_in_any_form() {
         ("$var wire 7 v d [6:0] $end", "`d` has 7 bits in the waveform, 8 bits in the circuit"),
         ("$var wire 1 v d $end", "`d` has 1 bit in the waveform, 8 bits in the circuit"),
         ("$var real 64 v d $end", "`d` is a real number in the waveform, 8 bits in the circuit"),
-        ("$var wire 4 v d [7:4] $end $var wire 3 u d [2:0] $end", "in parts of together 7 bits"),
+        ("$var wire 4 v d [7:4] $end $var wire 3 u d [2:0] $end", "is recorded in parts of 7 bits in all"),
     ];
     for (vars, text) in faults {
         register(&folder, "w.vcd", &format!("{clk}{vars}"), "#0; 0c; #5; ");

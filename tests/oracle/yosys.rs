@@ -1,4 +1,4 @@
-//! Netlists of Yosys as the command line takes them: names, hierarchy, messages, assertions. `tests/designs` compares whole
+//! Netlists of Yosys as the command line takes them: names, hierarchy, messages, assertions. `tests/oracle/designs` compares whole
 //! designs with Icarus Verilog.
 
 use std::path::{Path, PathBuf};

@@ -478,7 +478,7 @@ fn circuits_without_ports_or_clocks_run() {
     assert!(status == 0 && stdout.contains("y = 1"), "{stdout}");
     refused(
         &["run", path, "--cycles", "3"],
-        &["there is no clock whose cycles could be counted", "limit the run by `time`"],
+        &["there is no clock whose cycles could be counted", "limit the run with `time`"],
     );
 }
 

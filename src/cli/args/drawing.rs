@@ -1,4 +1,4 @@
-//! What may be said to the commands that draw without a circuit: `interpolate`, `plot`, `compare`.
+//! The arguments of the commands that draw without a circuit: `interpolate`, `plot`, `compare`.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ pub struct Point {
     pub x: i64,
     /// Along y.
     pub y: i64,
-    /// Along z, for what is drawn in space.
+    /// Along z; `None` in the plane.
     pub z: Option<i64>,
 }
 
@@ -81,7 +81,7 @@ pub enum StepsFormat {
     Steps,
 }
 
-/// What is drawn, from where to where, and how: the options of a method.
+/// The options of a method: what to draw, from where to where, and how.
 #[derive(Args, Debug, Clone, Default)]
 pub struct DrawingArgs {
     /// Where to go, in BLU: X,Y, or X,Y,Z in space
@@ -120,19 +120,19 @@ pub struct DrawingArgs {
     #[arg(long, value_name = "SIDE", requires = "offset")]
     pub side: Option<Side>,
 
-    /// Bits of the registers; by default the fewest that do, but 8 at least
+    /// Bits of the registers; by default as few as the drawing needs, but at least 8
     #[arg(long, value_name = "P")]
     pub bits: Option<u32>,
 
-    /// Preload the accumulators of a DDA with half of their volume
+    /// Preload the accumulators of a DDA with half of their range
     #[arg(long)]
     pub half_preload: bool,
 
-    /// Let both axes of a DDA use the coordinates from before the clock, as hardware does
+    /// Let both axes of a DDA use the coordinates before the clock, as hardware does
     #[arg(long)]
     pub parallel: bool,
 
-    /// Shift what a DDA adds to the left until a top bit is set, which takes fewer clocks
+    /// Shift what a DDA adds to the left until a top bit is set, so that it takes fewer clocks
     #[arg(long)]
     pub normalise: bool,
 
@@ -195,7 +195,7 @@ pub struct PlotArgs {
     #[arg(value_name = "METHOD|WAVEFORM", value_hint = ValueHint::AnyPath)]
     pub what: String,
 
-    /// What to draw, or what a waveform is to be compared with.
+    /// What to draw, or what to compare a waveform with.
     #[command(flatten)]
     pub drawing: DrawingArgs,
 
@@ -207,7 +207,7 @@ pub struct PlotArgs {
     #[arg(long, value_name = "PATH")]
     pub scope: Option<String>,
 
-    /// Take coordinates of a waveform as signed where this circuit does
+    /// Take from this circuit which coordinates of a waveform are signed
     #[arg(long, value_name = "CIRCUIT", value_hint = ValueHint::FilePath)]
     pub circuit: Option<PathBuf>,
 
@@ -216,7 +216,7 @@ pub struct PlotArgs {
     pub coordinates: CoordinateArgs,
 }
 
-/// Where the path stands in a waveform.
+/// The nets of a waveform that make the path.
 #[derive(Args, Debug, Clone, Default)]
 pub struct CoordinateArgs {
     /// The net of the x coordinate in a waveform; xt by default
@@ -235,7 +235,7 @@ pub struct CoordinateArgs {
     #[arg(long, value_name = "NET")]
     pub dt: Option<String>,
 
-    /// The coordinates in a waveform are two's complement; otherwise this is told from the path
+    /// The coordinates in a waveform are two's complement; without this option, the path tells
     #[arg(long)]
     pub signed: bool,
 }
@@ -258,25 +258,25 @@ Examples:
   discreta compare
         every line and quarter circle of 8 bits
   discreta compare --bits 16 --sample 200
-        200 of each kind, with 16 bits
+        200 segments of each kind, with 16 bits
   discreta compare --format markdown > docs/comparison.md",
     after_long_help = format!("\
 Examples:
   discreta compare
         every line and quarter circle of 8 bits
   discreta compare --bits 16 --sample 200
-        200 of each kind, with 16 bits
+        200 segments of each kind, with 16 bits
   discreta compare --format markdown > docs/comparison.md
 
 Measures:
 {}
 Exit status: 0 measured, whatever the claims; 2 usage, input or output.", crate::cli::compare::measures()))]
 pub struct CompareArgs {
-    /// Bits of the registers that draw, and of the circuits
+    /// Bits of the registers, in the algorithms and in the circuits
     #[arg(long, value_name = "P", default_value_t = 8)]
     pub bits: u32,
 
-    /// Take only so many, drawn at random
+    /// Take only N, chosen at random
     ///
     /// Of each kind of segment.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]

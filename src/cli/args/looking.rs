@@ -1,4 +1,4 @@
-//! What may be said to the commands by which people look at a waveform: `wave`, `view`.
+//! The arguments of the commands that show a waveform: `wave`, `view`.
 
 use std::path::PathBuf;
 
@@ -15,11 +15,11 @@ Examples:
   discreta wave line.vcd
         the signals of the top module
   discreta wave line.vcd --signals dt --signals '?t' --signals f --signed f --from 20ns --to 100ns
-        some of them in this order, f in two's complement, a window of time
+        some of them in this order, f in two's complement, between two times
   discreta wave circle.vcd --circuit circuits/quadrant/circle.json --signals '**.quadrant'
-        with the names that the circuit has for values
+        with the circuit's names of values
   discreta wave cpu.fst --signals 'cpu.alu.**' --ascii --width 80
-        all below a scope, for a log
+        everything below a scope, for a log
 
 Names are matched in full (line.f) or from below the top module (f); `*` stays in a scope, `**` crosses them.
 Exit status: 0 printed; 2 a file cannot be read, or only as far as it goes, or usage.")]
@@ -52,7 +52,7 @@ pub struct WaveTextArgs {
     #[arg(long, value_name = "GLOB")]
     pub signed: Vec<String>,
 
-    /// Write names of values, and signed numbers, where this circuit has them
+    /// Take names of values, and which numbers are signed, from this circuit
     #[arg(long, value_name = "CIRCUIT", value_hint = ValueHint::FilePath)]
     pub circuit: Option<PathBuf>,
 
@@ -60,7 +60,7 @@ pub struct WaveTextArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(20..))]
     pub width: Option<u16>,
 
-    /// Draw with ASCII characters alone
+    /// Draw with ASCII characters only
     #[arg(long)]
     pub ascii: bool,
 }
@@ -76,8 +76,8 @@ Examples:
   discreta view cpu.fst -o cpu.html
         a waveform of any simulator
 
-The page needs no network: one file to keep, to send, to put beside a lecture. Keys are told by `?`.
-Where the nets xt and yt (and zt) are coordinates that dt clocks, the page shows their path, too.
+The page is one file and needs no network. In it, `?` lists the keys.
+If the nets xt and yt (and zt) are coordinates that dt clocks, the page also shows their path.
 Exit status: 0 made; 1 made, but the run hit its limit or an expectation failed; 2 usage, input or output.")]
 pub struct ViewArgs {
     /// A circuit file, a scenario or a netlist of Yosys to run, or a waveform: VCD, FST or GHW
@@ -92,7 +92,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "PATH")]
     pub scope: Option<String>,
 
-    /// Go so many modules and blocks down from the top
+    /// Go this many levels of modules and blocks down from the top
     ///
     /// In the schematic, instances further down are boxes.
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -118,7 +118,7 @@ pub struct ViewArgs {
     #[command(flatten)]
     pub coordinates: CoordinateArgs,
 
-    /// The path is to follow an arc around this point, in BLU; without it, what it follows is told from its points
+    /// Compare the path with an arc around this point, in BLU; without it, with the line or arc that fits its points
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = point)]
     pub center: Option<Point>,
 

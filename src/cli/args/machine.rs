@@ -33,13 +33,13 @@ Examples:
   discreta machine examples/part.nc --format csv > blocks.csv
         every block
   discreta machine examples/part.nc --format canon
-        what the program says: moves without modes
+        the program as plain moves, without modes
   discreta machine examples/part.nc --method ef-line-fast,ef-circle-fast --feed block -o part.fst
         the pulses of the drives as a waveform
   discreta machine examples/part.nc --waveform capture.vcd --x STEP_X,DIR_X --y STEP_Y,!DIR_Y
-        a capture of another machine or simulator against the program
+        a capture of another machine or simulator, compared with the program
 
-docs/machine.md lists the words that are read, and tells what is measured.
+docs/machine.md lists the words that are read, and says what is measured.
 Exit status: 0 done; 1 a capture is not what the program says; 2 usage, input or output.")]
 pub struct MachineArgs {
     /// The part program (G-code), or - for standard input
@@ -64,10 +64,10 @@ pub struct MachineArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = steps, conflicts_with = "blu")]
     pub steps_per_mm: Option<[Decimal; 3]>,
 
-    /// How the clock follows from the feed: step, constant or block; may be given several times
+    /// How the feed sets the period of the clock: step, constant or block; may be given several times
     ///
-    /// step: 1/V; constant: the same, 1.41 and 1.73 times as long after steps of two and three axes; block: L/(V·N).
-    /// All three by default.
+    /// step: 1/V; constant: 1/V, and 1.41 or 1.73 times as long after a step of two or three axes; block: L/(V·N) for a
+    /// block of length L that takes N clocks. By default, all three.
     #[arg(long, value_name = "RULE", value_parser = rule)]
     pub feed: Vec<Rule>,
 
@@ -79,7 +79,7 @@ pub struct MachineArgs {
     #[arg(long, value_name = "TIME", default_value = "1us")]
     pub tick: Timescale,
 
-    /// Bits of the registers; by default the fewest that do, but 8 at least
+    /// Bits of the registers; by default as few as the drawing needs, but at least 8
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u32).range(1..=32))]
     pub bits: Option<u32>,
 

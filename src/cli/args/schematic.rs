@@ -12,19 +12,19 @@ use super::ElaborationArgs;
 Examples:
   discreta draw circuits/evaluation/line.json -o line.svg
   discreta draw circuits/evaluation/line_gates.json --depth 1 -o line_gates.svg
-        instances of the top module opened; those within them are boxes
+        the instances of the top module are opened; those within them are boxes
   discreta draw circuits/evaluation/line_gates.json --module full_adder_gates -o full_adder.svg
         one module by itself
   discreta draw circuits/lib/arithmetic.json --top adder_gates -p W=4 -o adder.svg
 
-docs/drawing.md says how to read it, and what a program finds in it.
+docs/drawing.md says how to read it, and what attributes it has for programs.
 Exit status: 0 drawn; 2 a faulty circuit, one too large for a picture, usage, input or output.")]
 pub struct DrawArgs {
     /// The circuit file, a netlist of Yosys (write_json), or a scenario that names one
     #[arg(value_name = "CIRCUIT", value_hint = ValueHint::FilePath)]
     pub circuit: PathBuf,
 
-    /// Go so many modules and blocks down from the top
+    /// Go this many levels of modules and blocks down from the top
     ///
     /// Instances further down are boxes.
     #[arg(long, value_name = "N", default_value_t = 0)]

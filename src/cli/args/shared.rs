@@ -1,4 +1,4 @@
-//! What several commands are told alike.
+//! Options that several commands share.
 
 use std::path::PathBuf;
 
@@ -24,9 +24,9 @@ pub struct FormatArgs {
 /// `NAME=VALUE`.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Assignment {
-    /// What stands before the first `=`.
+    /// The part before the first `=`.
     pub name: String,
-    /// What stands behind it.
+    /// The part after it.
     pub value: String,
 }
 
@@ -105,7 +105,7 @@ pub(super) fn clock(text: &str) -> Result<ClockOption, String> {
     Ok(option)
 }
 
-/// What makes a netlist of a circuit file.
+/// Options that decide which netlist a circuit file becomes.
 #[derive(Args, Debug, Clone)]
 pub struct ElaborationArgs {
     /// Set a parameter of the top module; may be given several times
@@ -128,23 +128,23 @@ pub struct ElaborationArgs {
 /// Which engine runs the circuit: a choice of speed, never of result.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub enum EngineChoice {
-    /// The event engine, and machine code once a run turns out to be long.
+    /// The event engine at first, then machine code if the run turns out to be long.
     Auto,
-    /// The reference: every event, one by one.
+    /// The reference: computes what has changed, cell by cell.
     Event,
-    /// Machine code made for the circuit; an error where it cannot be (see docs/engines.md).
+    /// Machine code made for the circuit; an error if it cannot be compiled (see docs/engines.md).
     #[cfg(feature = "compiled")]
     Compiled,
 }
 
-/// What is done about an x at the clock, set, reset or enable of a storage cell.
+/// What to do when an x reaches the clock, set, reset or enable of a storage cell.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub enum XControl {
-    /// Say so, once a cell.
+    /// Warn, once for each cell.
     Warn,
     /// Stop the run.
     Error,
-    /// Nothing.
+    /// Do nothing.
     Ignore,
 }
 
@@ -172,13 +172,13 @@ pub enum DontCare {
 /// A waveform that drives the inputs.
 #[derive(Args, Debug, Clone)]
 pub struct WaveArgs {
-    /// Drive the inputs, clocks too, as the nets of their names in a waveform: VCD, FST or GHW
+    /// Drive each input, clocks too, as the net of its name in a waveform: VCD, FST or GHW
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub stimulus: Option<PathBuf>,
 
     /// Where in a waveform the circuit stands, e.g. bench.dut
     ///
-    /// By default where its inputs are found.
+    /// By default, the scope that has its inputs.
     #[arg(long, value_name = "PATH", requires = "stimulus")]
     pub scope: Option<String>,
 
@@ -190,24 +190,24 @@ pub struct WaveArgs {
     #[arg(long, value_name = "GLOB", requires = "expect")]
     pub ignore: Vec<String>,
 
-    /// Let x in one of the two agree with anything; otherwise x agrees only with x
+    /// Let x in A, or in B, agree with anything; otherwise x agrees only with x
     #[arg(long, value_name = "SIDE", requires = "expect")]
     pub ignore_x: Option<DontCare>,
 
-    /// Let an input change before all others of its time, in place of the clocks; may be given several times
+    /// Let this input, and not the clocks, change before all others of its time; may be given several times
     #[arg(long, value_name = "NET", requires = "stimulus")]
     pub first: Vec<String>,
 }
 
-/// What the command line changes of a scenario.
+/// Options that change a scenario.
 #[derive(Args, Debug, Clone, PartialEq, Eq, Default)]
 pub struct ScenarioArgs {
     /// Hold an input at a value for the whole run, whatever the circuit's own stimulus says; may be given several times
     #[arg(short, long = "set", value_name = "NET=VALUE", value_parser = assignment)]
     pub set: Vec<Assignment>,
 
-    /// Drive an input by a clock, as in clk=10ns or clk=20ns,high=5ns,phase=0, in place of the circuit's own stimulus; may
-    /// be given several times
+    /// Make an input a clock, e.g. clk=10ns or clk=20ns,high=5ns,phase=0, whatever the circuit's own stimulus says; may be
+    /// given several times
     #[arg(long, value_name = "NET=PERIOD", value_parser = clock)]
     pub clock: Vec<ClockOption>,
 

@@ -16,12 +16,12 @@ Examples:
   discreta sweep circuits/evaluation/line.json --over dx=0..255 --over dy=0..255 -o lines.csv
         the circuit's own scenario for each of the 65,536 pairs; a row for each, with the last values of the outputs
   discreta sweep circuits/evaluation/line.json --over dx=0..255 --over dy=0..255 --against ef-line -o lines.csv
-        each also compared with the algorithm on every clock; the first that differs is shown as a command
+        each run is also compared with the algorithm on every clock; for the first that differs, a command that repeats it
   discreta sweep circuits/evaluation/line.json -p W=16 --over dx=0..65535 --over dy=0..65535 --sample 10000
-        10,000 pairs drawn at random, always the same ones for the same --seed
+        10,000 pairs chosen at random, always the same ones for the same --seed
   discreta sweep line.json --over dx=0..255 --over dy=0..255 --shard 3/8 -o part3.csv
   discreta sweep --join part*.csv -o lines.csv
-        a part of the rows, on this machine, and all parts together
+        the third of eight parts; then all parts together
 
 The input named last changes fastest. docs/sweep.md says what the columns are.
 Exit status: 0 every run stopped as asked; 1 some did not, or differ, or it was interrupted; 2 usage, input or output.")]
@@ -30,7 +30,7 @@ pub struct SweepArgs {
     #[arg(value_name = "CIRCUIT", value_hint = ValueHint::FilePath, required_unless_present = "join")]
     pub circuit: Option<PathBuf>,
 
-    /// Give an input each of these values: A..B, A..B..STEP or A,B,C; several inputs: each combination
+    /// Give an input each of these values: A..B, A..B..STEP or A,B,C; with several inputs, run every combination
     #[arg(long, value_name = "NET=A..B", value_parser = over, required_unless_present = "join")]
     pub over: Vec<Over>,
 
@@ -38,9 +38,9 @@ pub struct SweepArgs {
     #[arg(long, value_name = "METHOD", value_parser = methods())]
     pub against: Option<Method>,
 
-    /// Take only so many, drawn at random
+    /// Take only N, chosen at random
     ///
-    /// Of the combinations.
+    /// Of the combinations of values.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub sample: Option<u64>,
 
@@ -58,19 +58,19 @@ pub struct SweepArgs {
                                 "cycles", "time", "until", "show", "threads"])]
     pub join: Vec<PathBuf>,
 
-    /// Write the rows to a file, .csv or .json; else they go to standard output as CSV
+    /// Write the rows to a file, .csv or .json; without it, to standard output as CSV
     #[arg(short, long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub output: Option<PathBuf>,
 
-    /// Go on with what an interrupted sweep left beside the output
+    /// Go on where an interrupted sweep with the same output stopped
     #[arg(long, requires = "output")]
     pub resume: bool,
 
-    /// Give the last values of nets that match, e.g. 'adder.*' or '**.q', in place of the outputs'
+    /// Show the last values of nets that match, e.g. 'adder.*' or '**.q', instead of those of the outputs
     #[arg(long, value_name = "GLOB")]
     pub show: Vec<String>,
 
-    /// Use so many threads; 0: one for each core
+    /// Use N threads; 0: one for each core
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=1024))]
     pub threads: u16,
 
@@ -82,7 +82,7 @@ pub struct SweepArgs {
     #[command(flatten)]
     pub scenario: ScenarioArgs,
 
-    /// Say more: every output, warnings in full, what ran on which engine
+    /// Say more: every output, warnings in full, and which engine ran
     #[arg(short, long)]
     pub verbose: bool,
 }

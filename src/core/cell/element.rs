@@ -7,13 +7,13 @@ use crate::Value;
 /// An element that a circuit file can name as the `type` of a cell.
 #[derive(Debug)]
 pub struct Element {
-    /// The `type`.
+    /// What a cell's `type` says, in lower case.
     pub name: &'static str,
-    /// A few words.
+    /// A few words that say what it is, for lists.
     pub summary: &'static str,
     /// The ports as the file names them.
     pub ports: &'static [Port],
-    /// The parameters.
+    /// The parameters that a circuit file may set.
     pub parameters: &'static [Parameter],
     /// The truth table or formula, in Markdown.
     pub meaning: &'static str,
@@ -28,7 +28,7 @@ pub struct Element {
 /// A port of an element.
 #[derive(Debug, Clone, Copy)]
 pub struct Port {
-    /// The name in the file.
+    /// The name in a cell's `connections`.
     pub name: &'static str,
     /// The pin of the cell that it is; most have the same name.
     pub pin: &'static str,
@@ -102,9 +102,9 @@ impl Kind {
 /// A parameter of an element.
 #[derive(Debug, Clone, Copy)]
 pub struct Parameter {
-    /// The name.
+    /// The name in a cell's `parameters`.
     pub name: &'static str,
-    /// What it takes.
+    /// Which values it takes.
     pub kind: Kind,
     /// The text that stands for it when it is not given; without one it must be given.
     pub default: Option<&'static str>,

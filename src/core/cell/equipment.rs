@@ -22,9 +22,9 @@ use super::{CellKind, GateOp, pin};
 /// How many there are of a word-level element, and how many bits they have together.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug, Serialize)]
 pub struct Parts {
-    /// How many.
+    /// How many cells.
     pub number: u64,
-    /// The bits of all.
+    /// How many bits all of them have together; what a bit is depends on the element.
     pub bits: u64,
 }
 
@@ -48,9 +48,9 @@ pub struct Equipment {
     pub gates: u64,
     /// The same in gates of two inputs. An inversion at the output (NAND, NOR, XNOR) costs nothing.
     pub two_input_gates: u64,
-    /// NOT gates.
+    /// NOT gates, one a bit; not among `gates`.
     pub inverters: u64,
-    /// BUF gates.
+    /// BUF gates, one a bit; not among `gates`.
     pub buffers: u64,
     /// Bits clocked by an edge: flip-flops, registers, and those within counters and accumulators.
     pub flip_flops: u64,
@@ -60,9 +60,9 @@ pub struct Equipment {
     pub sr_flip_flops: u64,
     /// Memories; the bits are those of all words.
     pub memories: Parts,
-    /// Half adders.
+    /// The elements `half_adder`; those made of gates are gates here.
     pub half_adders: u64,
-    /// Full adders.
+    /// The elements `full_adder`; those made of gates are gates here.
     pub full_adders: u64,
     /// Adders and subtractors; the bits are those of an operand.
     pub adders: Parts,
@@ -80,9 +80,9 @@ pub struct Equipment {
     pub shifters: Parts,
     /// Dividers and powers; the bits are those of the result.
     pub dividers: Parts,
-    /// Tri-state drivers.
+    /// Tri-state drivers; the bits are those of the output.
     pub tristates: Parts,
-    /// Delays and RC nodes.
+    /// Delays and RC nodes; the bits are those of the output.
     pub delays: Parts,
     /// Free-running clocks.
     pub clocks: u64,

@@ -28,7 +28,7 @@ use crate::value::word::{mask, word_mask, words};
 pub struct Memory {
     /// Bits of a word, at least one.
     pub width: u32,
-    /// Words.
+    /// How many words.
     pub size: u32,
     /// The address of the first word.
     pub offset: i32,
@@ -38,9 +38,9 @@ pub struct Memory {
     pub init: Arc<[Word]>,
     /// What `rd_data` is before anything has set it, for the ports with a clock.
     pub start: Value,
-    /// The read ports.
+    /// The read ports, in the order of their bits in the pins.
     pub reads: Vec<ReadPort>,
-    /// The write ports.
+    /// The write ports, in the order of their bits in the pins; of several that write a bit at once, the last wins.
     pub writes: Vec<WritePort>,
 }
 
@@ -78,11 +78,11 @@ pub struct WritePort {
 /// The controls of a read port as they stand.
 #[derive(Clone, Copy, Debug)]
 pub struct ReadControls {
-    /// Enable.
+    /// Bit 0: the port reads; else it keeps its value.
     pub en: Word,
-    /// Asynchronous reset.
+    /// Bit 0: the asynchronous reset, which acts at once.
     pub arst: Word,
-    /// Synchronous reset.
+    /// Bit 0: the synchronous reset, which acts at the clock's edge.
     pub srst: Word,
 }
 
@@ -91,11 +91,11 @@ pub struct ReadControls {
 pub struct Written<'a> {
     /// The number of the port.
     pub port: usize,
-    /// Where.
+    /// The address as its pin has it, `offset` not yet subtracted.
     pub address: Word,
-    /// What.
+    /// The word to write.
     pub data: &'a [Word],
-    /// Which bits.
+    /// A bit for each bit of `data`: 1 writes it; 0, x and z leave it.
     pub enable: &'a [Word],
 }
 

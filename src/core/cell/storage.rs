@@ -74,13 +74,13 @@ pub(super) fn load<A: Algebra>(
 /// The asynchronous pins of a flip-flop or latch.
 #[derive(Clone, Copy)]
 pub struct Asynchronous {
-    /// What is loaded.
+    /// The number of the pin whose value is loaded.
     pub d: usize,
     /// Loads it while it is 1.
     pub load: usize,
-    /// Sets.
+    /// Sets while it is 1, unless `reset` is.
     pub set: usize,
-    /// Resets.
+    /// Resets while it is 1; dominates `set` and `load`.
     pub reset: usize,
 }
 

@@ -40,27 +40,27 @@ pub struct Depth {
     pub loops: Vec<Vec<String>>,
 }
 
-/// A way through the logic.
+/// A path through the logic.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub struct Path {
-    /// Where it begins.
+    /// An input of the circuit or an output of a storage cell.
     pub start: End,
-    /// What it goes through, in order.
+    /// The cells that it goes through, in order.
     pub steps: Vec<Step>,
-    /// Where it ends.
+    /// An output of the circuit or an input of a storage cell.
     pub end: End,
 }
 
-/// An end of a way.
+/// An end of a path.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize)]
 pub struct End {
     /// The pin of the storage cell; none at a port of the circuit.
     pub pin: Option<String>,
-    /// The bit.
+    /// The bit, as `net` or `net[i]`.
     pub net: String,
 }
 
-/// A cell on a way.
+/// A cell on a path.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub struct Step {
     /// The cell's path; of a loop that of one of its cells.
@@ -69,7 +69,7 @@ pub struct Step {
     pub element: &'static str,
     /// The bit that comes out of it.
     pub net: String,
-    /// Levels so far.
+    /// Levels from the start of the path up to and including this cell.
     pub level: u32,
     /// Where the cell comes from in the source of the tool that made the netlist, if whoever shows this knows.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -41,11 +41,11 @@ const UNDRIVEN: &str = "undriven";
 /// `width` bits of a net from bit `lo` up.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Slice {
-    /// The net.
+    /// The net that it is cut from.
     pub net: NetId,
-    /// The lowest bit.
+    /// The net's bit that is bit 0 of the slice.
     pub lo: u32,
-    /// How many bits.
+    /// How many bits, at least one; `lo + width` is at most the net's width.
     pub width: u32,
 }
 
@@ -58,31 +58,31 @@ pub enum Driver {
     Input(SignalId),
 }
 
-/// A net.
+/// A net: a vector of bits with exactly one driver.
 #[derive(Clone, Copy, Debug)]
 pub struct Net {
-    /// Bits.
+    /// How many bits, at least one.
     pub width: u32,
-    /// What drives it.
+    /// The output pin or input that all its bits come from.
     pub driver: Driver,
 }
 
 /// A cell of the netlist; its pins are read through [`Netlist`].
 #[derive(Clone, Debug)]
 pub struct Cell {
-    /// What it does.
+    /// What it computes, with its widths and edges.
     pub kind: CellKind,
     /// The element as which it was drawn: a `register` and a `dff` are of one kind.
     pub element: &'static str,
     /// The name within its scope.
     pub name: String,
-    /// Where it stands.
+    /// The instance or block that it is in.
     pub scope: ScopeId,
     first_pin: u32,
     first_output: NetId,
 }
 
-/// A scope.
+/// A scope: an instance of a module, or a block within one.
 #[derive(Clone, Debug)]
 pub struct Scope {
     /// The name within the parent.
@@ -111,9 +111,9 @@ pub enum Direction {
 pub struct Signal {
     /// The name within its scope.
     pub name: String,
-    /// Where it is declared.
+    /// The scope in which it is declared.
     pub scope: ScopeId,
-    /// Bits.
+    /// How many bits; at least one.
     pub width: u32,
     /// Whether people read it in two's complement.
     pub signed: bool,

@@ -17,14 +17,14 @@ pub struct Order {
     /// For each place in `sequence` the read port that is meant, where the cell stands at several; one with a clock stands
     /// for all of them.
     pub ports: HashMap<usize, u32>,
-    /// Ranges of `sequence` whose cells read each other in a circle.
+    /// Ranges of `sequence` that are combinational loops (strongly connected components), stepped as one.
     pub groups: Vec<std::ops::Range<usize>>,
 }
 
-/// A circle of cells, each of which the next reads.
+/// A combinational loop: cells that read each other without a clock between them.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Loop {
-    /// The cells.
+    /// The cells, each of which reads the one before it, and the first the last.
     pub cells: Vec<CellId>,
 }
 

@@ -13,7 +13,7 @@ use crate::cell::{CellKind, Edge, Equipment, Parts};
 /// The counts of a netlist. Constants are counted nowhere, and neither is what joins the drivers of a bus.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub struct Stats {
-    /// The top module.
+    /// The name of the top module.
     pub module: String,
     /// Inputs of the circuit and their bits.
     pub inputs: Parts,
@@ -21,7 +21,7 @@ pub struct Stats {
     pub outputs: Parts,
     /// What all cells are made of.
     pub equipment: Equipment,
-    /// Those of the gates whose output constants decide, so that it never changes.
+    /// Gates whose output never changes, because constants decide it. They are among the gates of `equipment` too.
     pub constant_gates: u64,
     /// Cells, by element, in the order of their names.
     pub elements: Vec<Elements>,
@@ -33,7 +33,7 @@ pub struct Stats {
     pub fan_out: Option<FanOut>,
     /// What clocks flip-flops and memories, by name.
     pub clocks: Vec<ClockDomain>,
-    /// The longest way through the logic.
+    /// The longest path through the logic.
     pub depth: Depth,
 }
 
@@ -47,23 +47,23 @@ pub struct Elements {
     /// Inputs, for an element that takes any number of them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inputs: Option<u32>,
-    /// How many.
+    /// How many cells there are of this element, width and fan-in.
     pub number: u64,
 }
 
 /// Instances of a module.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub struct Instances {
-    /// The module.
+    /// The name of the module.
     pub module: String,
-    /// How many.
+    /// How many instances the whole circuit has, at any depth.
     pub number: u64,
 }
 
 /// A bit and how many inputs read it.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub struct FanOut {
-    /// The bit.
+    /// The bit, as `net` or `net[i]`.
     pub net: String,
     /// Bits of input pins of cells that are connected to it.
     pub inputs: u64,
@@ -76,7 +76,7 @@ pub struct ClockDomain {
     pub net: String,
     /// The edge of that bit at which they sample.
     pub edge: Edge,
-    /// How many flip-flops: bits. Memories are none.
+    /// How many bits of flip-flops it clocks; memories do not count.
     pub flip_flops: u64,
 }
 

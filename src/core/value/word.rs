@@ -17,7 +17,7 @@
 #[derive(Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[repr(C)]
 pub struct Word {
-    /// The value plane.
+    /// The value plane: the bit's value where the unknown plane has 0; tells z (1) from x (0) where it has 1.
     pub v: u64,
     /// The unknown plane: a set bit is x or z.
     pub u: u64,

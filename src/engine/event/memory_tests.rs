@@ -1,4 +1,4 @@
-//! Memories in the engine. What a port does is compared with Icarus Verilog in `tests/yosys_cells`.
+//! Memories in the engine. What a port does is compared with Icarus Verilog in `tests/oracle/yosys_cells`.
 
 use std::sync::Arc;
 

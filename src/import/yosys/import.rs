@@ -261,7 +261,7 @@ impl<'f, 'a> Import<'f, 'a> {
     fn too_large(&mut self, limit: &str, what: &str, most: u64, span: Span) {
         if !std::mem::replace(&mut self.full, true) {
             let fault = Diagnostic::new(Code::TooLarge, format!("the circuit has more than {most} {what}"));
-            let help = format!("if it is meant to be, raise the limit by `--limit {limit}=NUMBER`");
+            let help = format!("if you need that, raise the limit: `--limit {limit}=NUMBER`");
             self.diagnostics.push(fault.at(span, "while building this").help(help));
         }
     }

@@ -115,7 +115,7 @@ pub fn name(c: &mut Cursor<'_>, parameters: &Parameters) -> Result<Name, Fault> 
         Some(n @ 1..=LAST) => Ok(Name::Number(n as u32)),
         _ => Err(c
             .fault(start, format!("there is no parameter {value}"))
-            .help(format!("numbers are 1 to {LAST}; those above tell of the machine, which is not simulated"))),
+            .help(format!("numbers are 1 to {LAST}; those above describe the machine, which is not simulated"))),
     }
 }
 

@@ -274,7 +274,7 @@ impl Modes {
             920 => {
                 if !block.moves() {
                     return Err(Fault::new(Code::BadBlock, at, "G92 without X, Y or Z")
-                        .help("say what the present position is to be called; G92.1 clears the offset"));
+                        .help("give the coordinates that the present position shall have; G92.1 clears the offset"));
                 }
                 for axis in 0..3 {
                     if let Some(v) = self.word(block, axis) {
@@ -321,7 +321,7 @@ impl Modes {
             (_, true, _) => {
                 self.position = target;
                 return Err(Fault::new(Code::BadBlock, block.place(), "a move in inverse time (G93) without F")
-                    .help("there every move has its own F: 60 divided by its seconds"));
+                    .help("in G93 every move has its own F: 60 divided by its seconds"));
             }
             (_, false, _) => match self.feed {
                 Some(feed) => Feed::PerMinute(feed),

@@ -198,7 +198,7 @@ impl<'a> Cursor<'a> {
                     if byte == b'O' {
                         self.at = self.text.len();
                         return Err(self.fault(start, "O-words (subroutines, loops) are not read").help(
-                            "post-process the program without them, or expand it: every move has to stand in it",
+                            "post-process the program without them, or expand it: every move must be written out",
                         ));
                     }
                     let (value, decimals) = expression::value(self, parameters)?;

@@ -347,7 +347,7 @@ fn ambiguous(netlist: &Netlist, inputs: &[Driven], gate: &Bit, more: usize) -> D
         n => format!(" and {n} others"),
     };
     let gate = name(*gate);
-    let text = format!("`{gate}`{others}, the gate of a latch, changes at times at which a clock does");
+    let text = format!("`{gate}`{others}, the enable of a latch, sometimes changes at the same time as a clock");
     let clocks: Vec<String> = inputs
         .iter()
         .flat_map(|driven| (0..driven.width).map(move |bit| (driven, bit)))
@@ -355,7 +355,7 @@ fn ambiguous(netlist: &Netlist, inputs: &[Driven], gate: &Bit, more: usize) -> D
         .map(|(driven, bit)| format!("--first {}", name((driven.net, bit))))
         .collect();
     Diagnostic::new(Code::AmbiguousOrder, text)
-        .note("it is taken to change after the clock, as data does")
+        .note("here it changes after the clock, as data does")
         .help(format!("if it changes with the clock, say so: `{} --first {gate}`", clocks.join(" ")))
 }
 
@@ -533,10 +533,7 @@ fn differs(name: &str, width: u32, how: Mismatch) -> String {
         Mismatch::Kind(kind) => format!("`{name}` is {kind} in the waveform, {here} in the circuit"),
         Mismatch::Width(found) => format!("`{name}` has {} in the waveform, {here} in the circuit", bits(found)),
         Mismatch::Bits(found) => {
-            format!(
-                "`{name}` stands in the waveform in parts of together {}; in the circuit it has {here}",
-                bits(found)
-            )
+            format!("`{name}` is recorded in parts of {} in all; in the circuit it has {here}", bits(found))
         }
     }
 }

@@ -52,8 +52,8 @@ impl Resolver<'_> {
                         .next()
                         .map(|(_, input)| &self.netlist.signal(input).name);
                     let help = match clock {
-                        Some(name) => format!("drive one: `--clock {name}=10ns`; or limit the run by `time`"),
-                        None => "limit the run by `time`".to_owned(),
+                        Some(name) => format!("drive one: `--clock {name}=10ns`; or limit the run with `time`"),
+                        None => "limit the run with `time`".to_owned(),
                     };
                     self.diagnostics.push(
                         Diagnostic::new(Code::BadScenario, "there is no clock whose cycles could be counted")
@@ -99,7 +99,7 @@ impl Resolver<'_> {
                         self.diagnostics.push(
                             Diagnostic::new(Code::BadScenario, "there is no clock whose cycles could be counted")
                                 .at(cycles.span(), "")
-                                .help("limit the run by `time`"),
+                                .help("limit the run with `time`"),
                         );
                         return last;
                     }

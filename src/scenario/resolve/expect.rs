@@ -71,7 +71,7 @@ impl Resolver<'_> {
             None => None,
         };
         if let (Some(0), Some(_), Some(violations)) = (count, first, &expect.violations) {
-            let fault = Diagnostic::new(Code::BadScenario, "without a violation there is no time of the first");
+            let fault = Diagnostic::new(Code::BadScenario, "with `violations` 0 there is no first one, and so no time");
             return self.fault(fault.at(violations.span(), "1 or more, or leave out `at`"));
         }
         let check = checks.iter().position(|c| c.name == name.value)?;

@@ -28,7 +28,7 @@ impl EngineReport {
 impl fmt::Display for EngineReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let EngineReport { known, mixed, four_valued, .. } = *self;
-        write!(f, "engine compiled, {} waves: {known} all known, ", self.phases())?;
+        write!(f, "engine compiled, {} evaluation phases: {known} all known, ", self.phases())?;
         if mixed > 0 {
             write!(f, "{mixed} with some unknown, ")?;
         }

@@ -1,7 +1,7 @@
 //! Yosys' cells, each lowered to cells of the netlist: `docs/yosys.md` has the table.
 //!
 //! Operands are extended, cut and joined by wiring; a cell of the netlist does the rest. What `x` and `z` give is what
-//! Yosys' `simlib.v` and `simcells.v` and IEEE 1364 say, and `tests/yosys_cells` compares.
+//! Yosys' `simlib.v` and `simcells.v` and IEEE 1364 say, and `tests/oracle/yosys_cells` compares.
 
 mod arithmetic;
 mod debug;
@@ -70,7 +70,7 @@ pub(super) fn builtin(name: &str) -> Type {
     if memory::is_part(name) {
         return Type::MemoryPart;
     }
-    const FORMAL: &str = "it is for formal proofs: nothing says what it gives in a simulation";
+    const FORMAL: &str = "it is for formal proofs, and has no meaning in a simulation";
     match name {
         "$scopeinfo" => Type::Ignored("names of scopes, which the nets have too"),
         "$input_port" => Type::Ignored("marks of inputs, which the ports are"),
@@ -119,7 +119,7 @@ pub(super) fn element<'f, 'a>(
 ) -> Result<(), Fault> {
     let says = import.file.terms.text(text);
     let Some((kind, element)) = own::parse(says) else {
-        return Err(format!("its module is to be `{says}`, which no element is").into());
+        return Err(format!("its module says that it is `{says}`, but there is no such element").into());
     };
     import.own_constants = false;
     let mut site = Site { import, here, cell };
