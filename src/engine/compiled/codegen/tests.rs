@@ -99,9 +99,9 @@ fn partitions_in_machine_code_do_what_is_interpreted() {
                 }
                 machine.run(number, &mut ran);
                 let mut here = halves(&ran);
-                for woken in 0..schedule.partitions.len() {
-                    let (word, bit) = dirty_bit(schedule.settling, woken as u32);
-                    due[woken] |= here[(dirty + word).index()] & bit != 0;
+                for (woken, due) in (0..).zip(&mut due) {
+                    let (word, bit) = dirty_bit(schedule.settling, woken);
+                    *due |= here[(dirty + word).index()] & bit != 0;
                     here[(dirty + word).index()] &= !bit;
                 }
                 ran = words(&here);

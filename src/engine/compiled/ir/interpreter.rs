@@ -292,7 +292,7 @@ impl Program {
             12 => _ = self.make(Op::MulHighSigned(a, b)),
             13 => _ = self.make(Op::Shl(a, r.below(64) as u8)),
             14 => _ = self.make(Op::Shr(a, r.below(64) as u8)),
-            15 | 16 | 17 => {
+            15..=17 => {
                 let n = match r.below(3) {
                     0 => self.constant(r.below(64) as u64),
                     _ => {
@@ -326,7 +326,7 @@ impl Program {
             24 => _ = self.make(Op::Count(a)),
             25 => {
                 let (size, plane) = (r.below(4) as u8, r.below(2) as u8);
-                let last = self.constant(u64::from(ARRAY / 2 * 8 >> size) - 1);
+                let last = self.constant(u64::from((ARRAY / 2 * 8) >> size) - 1);
                 let index = self.make(Op::And(a, last));
                 self.make(Op::Element { slot: self.array(), index, size, plane });
             }
@@ -347,7 +347,7 @@ impl Program {
         }
         for _ in 0..r.below(4) {
             let size = r.below(4) as u8;
-            let last = self.constant(u64::from(ARRAY / 2 * 8 >> size) - 1);
+            let last = self.constant(u64::from((ARRAY / 2 * 8) >> size) - 1);
             let (node, shown) = (self.any(r), self.condition(r));
             let index = self.make(Op::And(node, last));
             let (all, none) = (self.constant(ones(size)), self.constant(0));
