@@ -32,7 +32,7 @@ fn lines(path: &str, compared: bool, threads: usize) -> (Duration, Statistics) {
     let scenario = Scenario::resolve(&circuit, circuit.simulation.as_ref().unwrap(), &mut Diagnostics::new());
     let signals = ["dx", "dy"].map(|name| netlist.find(name).unwrap());
     let nets: Vec<_> = signals.iter().map(|&s| netlist.signal(s).drive.unwrap()).collect();
-    let axes = ["dx=0..255", "dy=0..255"].map(|o| o.parse::<Over>().unwrap().values(8).unwrap());
+    let axes = ["dx=0..255", "dy=0..255"].map(|o| o.parse::<Over>().unwrap().values(8, false).unwrap());
     let against = compared.then(|| Against::new(Method::EfLine, &circuit, &scenario, &nets).unwrap());
     let outputs = netlist.ports().filter(|&s| netlist.signal(s).port == Some(Direction::Output)).collect();
     let plan = Plan::new(axes.to_vec()).unwrap();
