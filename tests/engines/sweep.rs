@@ -26,7 +26,8 @@ fn same(label: &str, circuit: &Circuit, change: impl Fn(&mut Scenario), overs: &
     let overs: Vec<Over> = overs.iter().map(|o| o.parse().unwrap()).collect();
     let signals: Vec<_> = overs.iter().map(|o| netlist.find(&o.net).unwrap()).collect();
     let nets: Vec<NetId> = signals.iter().map(|&s| netlist.signal(s).drive.unwrap()).collect();
-    let axes = overs.iter().zip(&signals).map(|(o, &s)| o.values(netlist.signal(s).width, netlist.signal(s).signed).unwrap());
+    let axes =
+        overs.iter().zip(&signals).map(|(o, &s)| o.values(netlist.signal(s).width, netlist.signal(s).signed).unwrap());
     let plan = Plan::new(axes.collect()).unwrap();
     let outputs: Vec<_> = netlist.ports().filter(|&s| netlist.signal(s).port == Some(Direction::Output)).collect();
     let mut sweep = Sweep { netlist, scenario: &scenario, nets, plan, outputs, against: None, threads: 1, lanes: 0 };
