@@ -44,7 +44,7 @@ pub mod syntax;
 pub mod view;
 
 pub use discreta_core::{Logic, Timescale, Unit, Value, cell, netlist, value};
-pub(crate) use discreta_core::{files, guard, random};
+pub(crate) use discreta_core::{files, guard, random, safe};
 pub use discreta_engine as engine;
 pub use discreta_interpolate as interpolate;
 pub use discreta_wave as wave;

@@ -2,6 +2,7 @@
 //!
 //! Names are looked up once and become typed handles; the loop after that uses no strings.
 
+use std::cell::RefCell;
 use std::fmt;
 
 use crate::Value;
@@ -14,6 +15,8 @@ use crate::value::word::{copy, extract, mask, words};
 /// An input of a circuit.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Input {
+    /// The netlist that it is of.
+    of: u64,
     net: NetId,
     width: u32,
 }
@@ -21,6 +24,9 @@ pub struct Input {
 /// A net, port or other named signal whose value can be read.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Probe {
+    /// The netlist that it is of.
+    of: u64,
+    name: String,
     bits: Vec<Slice>,
     width: u32,
 }
@@ -37,6 +43,22 @@ pub enum SimulatorError {
     },
     /// The signal is not an input of the circuit.
     NotAnInput(String),
+    /// A handle that another circuit gave: an input's net, or the name of a probe.
+    Foreign(String),
+    /// What would run back in time.
+    Past {
+        /// The present tick.
+        now: u64,
+        /// The tick that was asked for.
+        asked: u64,
+    },
+    /// A clock that never changes or is high for longer than it takes.
+    BadClock {
+        /// The input.
+        input: String,
+        /// Its clock.
+        clock: Clock,
+    },
     /// The circuit does not settle; the nets that keep changing, by name.
     Unsettled {
         /// The tick in which it keeps changing.
@@ -54,6 +76,15 @@ impl fmt::Display for SimulatorError {
             }
             SimulatorError::Unknown { name, nearest: None } => write!(f, "the circuit has no signal `{name}`"),
             SimulatorError::NotAnInput(name) => write!(f, "`{name}` is not an input of the circuit"),
+            SimulatorError::Foreign(name) => {
+                write!(f, "{name} is of another circuit: ask this simulator for the handle")
+            }
+            SimulatorError::Past { now, asked } => write!(f, "tick {asked} is past: it is tick {now} already"),
+            SimulatorError::BadClock { input, clock } => write!(
+                f,
+                "`{input}` cannot have a clock with a period of {} ticks of which {} are high: 0 < high < period",
+                clock.period, clock.high
+            ),
             SimulatorError::Unsettled { time, nets } => {
                 write!(f, "at tick {time} the circuit never settles: {}", nets.join(", "))
             }
@@ -94,6 +125,8 @@ impl std::error::Error for SimulatorError {}
 pub struct Simulator<'n, E: Engine = EventEngine> {
     netlist: &'n Netlist,
     engine: E,
+    /// The first thing that could not be meant since the circuit settled last.
+    fault: RefCell<Option<SimulatorError>>,
 }
 
 impl<'n> Simulator<'n> {
@@ -113,7 +146,7 @@ impl<'n, E: Engine> Simulator<'n, E> {
     /// A simulator on an engine of this netlist.
     #[must_use]
     pub fn on(netlist: &'n Netlist, engine: E) -> Simulator<'n, E> {
-        Simulator { netlist, engine }
+        Simulator { netlist, engine, fault: RefCell::new(None) }
     }
 
     fn find(&self, name: &str) -> Result<crate::netlist::SignalId, SimulatorError> {
@@ -133,7 +166,7 @@ impl<'n, E: Engine> Simulator<'n, E> {
         let signal = self.netlist.signal(id);
         signal
             .drive
-            .map(|net| Input { net, width: signal.width })
+            .map(|net| Input { of: self.netlist.identity(), net, width: signal.width })
             .ok_or_else(|| SimulatorError::NotAnInput(name.to_owned()))
     }
 
@@ -143,12 +176,35 @@ impl<'n, E: Engine> Simulator<'n, E> {
     /// If the circuit has no such signal.
     pub fn probe(&self, name: &str) -> Result<Probe, SimulatorError> {
         let id = self.find(name)?;
-        Ok(Probe { bits: self.netlist.bits(id).to_vec(), width: self.netlist.signal(id).width })
+        let of = self.netlist.identity();
+        Ok(Probe {
+            of,
+            name: name.to_owned(),
+            bits: self.netlist.bits(id).to_vec(),
+            width: self.netlist.signal(id).width,
+        })
     }
 
-    /// Sets an input to the low bits of a number, to take effect at the next [`settle`](Simulator::settle).
+    /// Whether a handle is of this circuit; if not, the next [`settle`](Simulator::settle) says so.
+    fn owns(&self, of: u64, name: impl FnOnce() -> String) -> bool {
+        let own = of == self.netlist.identity();
+        if !own {
+            self.fault.borrow_mut().get_or_insert_with(|| SimulatorError::Foreign(name()));
+        }
+        own
+    }
+
+    fn no_fault(&mut self) -> Result<(), SimulatorError> {
+        self.fault.get_mut().take().map_or(Ok(()), Err)
+    }
+
+    /// Sets an input to the low bits of a number, to take effect at the next [`settle`](Simulator::settle), which also
+    /// says if the input is another circuit's.
     #[inline]
     pub fn set(&mut self, input: Input, value: u64) {
+        if !self.owns(input.of, || format!("the input of net {}", input.net.index())) {
+            return;
+        }
         if input.width <= 64 {
             self.engine.drive(input.net, &[Word::known(value & mask(input.width))]);
         } else {
@@ -158,6 +214,9 @@ impl<'n, E: Engine> Simulator<'n, E> {
 
     /// Sets an input to a value, of which missing high bits are 0.
     pub fn set_value(&mut self, input: Input, value: &Value) {
+        if !self.owns(input.of, || format!("the input of net {}", input.net.index())) {
+            return;
+        }
         let mut all = vec![Word::ZERO; words(input.width)];
         for (i, (to, from)) in all.iter_mut().zip(value.words()).enumerate() {
             let m = crate::value::word::word_mask(input.width, i);
@@ -166,25 +225,40 @@ impl<'n, E: Engine> Simulator<'n, E> {
         self.engine.drive(input.net, &all);
     }
 
-    /// Drives an input by a clock.
+    /// Drives an input by a clock. The next [`settle`](Simulator::settle) or [`run_to`](Simulator::run_to) says if it
+    /// cannot be one.
     pub fn clock(&mut self, input: Input, clock: Clock) {
+        if !self.owns(input.of, || format!("the input of net {}", input.net.index())) {
+            return;
+        }
+        if !(1..clock.period).contains(&clock.high) {
+            let input = self.netlist.net_name(input.net);
+            self.fault.get_mut().get_or_insert(SimulatorError::BadClock { input, clock });
+            return;
+        }
         self.engine.add_clock(input.net, clock);
     }
 
     /// Lets inputs that were set take effect, and everything settle, at the present tick.
     ///
     /// # Errors
-    /// If something never settles.
+    /// If something never settles, or something before could not be meant: a handle of another circuit, a clock that is
+    /// none.
     #[inline]
     pub fn settle(&mut self) -> Result<(), SimulatorError> {
+        self.no_fault()?;
         self.engine.settle().map_err(|e| self.error(&e))
     }
 
     /// Runs clocks and delays up to the given tick.
     ///
     /// # Errors
-    /// If something never settles.
+    /// If the tick is past, and as [`settle`](Simulator::settle).
     pub fn run_to(&mut self, tick: u64) -> Result<(), SimulatorError> {
+        self.no_fault()?;
+        if tick < self.now() {
+            return Err(SimulatorError::Past { now: self.now(), asked: tick });
+        }
         while self.engine.advance(tick).map_err(|e| self.error(&e))? {
             self.engine.clear_changes();
             self.engine.take_unknown_controls();
@@ -202,6 +276,9 @@ impl<'n, E: Engine> Simulator<'n, E> {
     #[inline]
     #[must_use]
     pub fn number(&self, probe: &Probe) -> Option<u64> {
+        if !self.owns(probe.of, || format!("`{}`", probe.name)) {
+            return None;
+        }
         if probe.width > 64 {
             return self.value(probe).to_u64();
         }
@@ -225,9 +302,12 @@ impl<'n, E: Engine> Simulator<'n, E> {
         Some(number)
     }
 
-    /// The value of a signal.
+    /// The value of a signal; x for that of another circuit, as the next [`settle`](Simulator::settle) says.
     #[must_use]
     pub fn value(&self, probe: &Probe) -> Value {
+        if !self.owns(probe.of, || format!("`{}`", probe.name)) {
+            return Value::unknown(probe.width);
+        }
         let mut all = vec![Word::ZERO; words(probe.width)];
         read_bits(&self.engine, &probe.bits, &mut all);
         Value::from_words(&all, probe.width)

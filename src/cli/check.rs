@@ -7,6 +7,7 @@ use serde_json::json;
 use super::args::{CheckArgs, Format};
 use super::loading::{loader, rendered};
 use super::prepare::{Changes, is_scenario, prepare};
+use super::told::styled;
 use super::{CliError, Out, Status};
 use crate::circuit::Loader;
 use crate::diag::Code;
@@ -31,7 +32,7 @@ pub fn run(args: &CheckArgs, out: &mut Out) -> Result<Status, CliError> {
             files.push(json!({ "file": path.display().to_string(), "errors": bad, "warnings": warnings, "diagnostics": loader.diagnostics.to_json(&loader.sources) }));
             continue;
         }
-        eprint!("{}", rendered(&loader.diagnostics, &loader));
+        styled(&rendered(&loader.diagnostics, &loader));
         let verdict = match (bad, warnings) {
             (0, 0) => "no faults".to_owned(),
             (e, w) => [(e, "error"), (w, "warning")]

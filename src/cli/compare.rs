@@ -65,7 +65,11 @@ fn draw(sets: &[Set]) -> Result<Vec<compare::Group>, CliError> {
     let groups = thread::scope(|scope| {
         let watch = Watch { done: &done, stop: interrupt::flag() };
         let threads = thread::available_parallelism().map_or(1, usize::from);
-        let measuring = scope.spawn(move || compare::measure(sets, watch, threads));
+        let measure = move || compare::measure(sets, watch, threads);
+        let Ok(measuring) = thread::Builder::new().spawn_scoped(scope, measure) else {
+            // nobody is left to show how far it is
+            return measure();
+        };
         while !measuring.is_finished() {
             progress.set(done.load(Ordering::Relaxed));
             thread::sleep(Duration::from_millis(20));

@@ -38,7 +38,7 @@ pub fn run(args: &DiffArgs, out: &mut Out) -> Result<Status, CliError> {
             write!(out, "{difference}")?;
             let style = Style { ascii: false, color: true };
             if let Some(picture) = around(&mut a, &mut b, &difference, ["a", "b"], width(None), style)? {
-                write!(out, "\n{picture}")?;
+                out.styled(&format!("\n{picture}"))?;
             }
         }
         Format::Json => out.json(&difference)?,

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::io;
 
+use super::told::styled;
+use crate::safe;
 use crate::wave::output::OutputError;
 use crate::wave::read::ReadError;
 
@@ -80,18 +82,13 @@ impl CliError {
 
     /// Prints it to standard error. That this may fail is of no use to anyone.
     pub fn print(&self) {
-        use std::io::Write;
-        let mut to = anstream::stderr().lock();
-        let _ = match self {
-            CliError::Told => Ok(()),
-            CliError::Input(rendered) => write!(to, "{rendered}"),
-            _ => {
-                let (bold, reset) = ("\x1b[1;31m", "\x1b[0m");
-                writeln!(to, "{bold}error{reset}: {self}")
-            }
-        };
+        match self {
+            CliError::Told => {}
+            CliError::Input(rendered) => styled(rendered),
+            _ => styled(&format!("\x1b[1;31merror\x1b[0m: {}\n", safe::text(&self.to_string()))),
+        }
         if let Some(hint) = self.hint() {
-            let _ = writeln!(to, "\x1b[1;36m  help\x1b[0m: {hint}");
+            styled(&format!("\x1b[1;36m  help\x1b[0m: {}\n", safe::text(&hint)));
         }
     }
 }

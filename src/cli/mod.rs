@@ -35,6 +35,7 @@ pub mod stats;
 pub mod sweep;
 pub mod test;
 mod timing;
+mod told;
 pub mod view;
 pub mod wave;
 mod waveforms;
@@ -82,6 +83,10 @@ pub fn main() -> ExitCode {
     };
     crate::files::watch();
     let mut out = Out::stdout();
+    // those whose exit status says more than that they ran
+    if let Command::Run(_) | Command::Check(_) | Command::Test(_) | Command::Diff(_) | Command::Sweep(_) = cli.command {
+        out.outlive();
+    }
     let result = dispatch(&cli.command, &mut out).and_then(|status| {
         out.flush()?;
         Ok(status)

@@ -1,8 +1,7 @@
 //! What a circuit itself says while it runs: its prints and assertions.
 
-use std::io::Write;
-
 use super::report::time;
+use super::told::tell;
 use crate::import::yosys::Monitor;
 use crate::import::yosys::monitor::Flavor;
 use crate::netlist::Netlist;
@@ -33,11 +32,9 @@ impl<'n> Speech<'n> {
         }
         let at = time(self.netlist, now);
         let source = monitor.source.as_ref().map_or_else(String::new, |s| format!(" ({s})"));
-        // nothing that moves the cursor of a terminal
-        let text: String = text.chars().filter(|&c| !c.is_control() || c == '\n' || c == '\t').collect();
         if monitor.flavor == Flavor::Print {
             let (_, begun, _) = self.begun.take().unwrap_or_default();
-            self.begun = Some((format!("print: at {at}"), begun + &text, source));
+            self.begun = Some((format!("print: at {at}"), begun + text, source));
             if text.ends_with('\n') {
                 self.end_line();
             }
@@ -51,7 +48,7 @@ impl<'n> Speech<'n> {
             Flavor::Cover => ("cover", "is reached"),
             Flavor::Assert | Flavor::Print => ("error[assertion]", "fails"),
         };
-        let _ = writeln!(anstream::stderr().lock(), "{what}: at {at} `{}` {does}{colon}{text}{source}", monitor.name);
+        tell!("{what}: at {at} `{}` {does}{colon}{text}{source}\n", monitor.name);
     }
 
     /// Ends a line that has been begun.
@@ -59,6 +56,6 @@ impl<'n> Speech<'n> {
         let Some((head, text, source)) = self.begun.take() else { return };
         let text = text.trim_end_matches('\n');
         let colon = if text.is_empty() { "" } else { ": " };
-        let _ = writeln!(anstream::stderr().lock(), "{head}{colon}{text}{source}");
+        tell!("{head}{colon}{text}{source}\n");
     }
 }

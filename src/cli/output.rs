@@ -16,18 +16,49 @@ pub struct Out {
     untouched: bool,
     /// Whether a file was read only as far as it goes.
     incomplete: bool,
+    /// Whether the command has something to say by its exit status, read or not: a closed pipe is then no error.
+    outlives: bool,
+    /// Whether nobody reads any more.
+    closed: bool,
 }
 
 impl Out {
     /// Standard output.
     #[must_use]
     pub fn stdout() -> Out {
-        Out { to: Box::new(BufWriter::new(anstream::stdout())), untouched: true, incomplete: false }
+        Out {
+            to: Box::new(BufWriter::new(anstream::stdout())),
+            untouched: true,
+            outlives: false,
+            closed: false,
+            incomplete: false,
+        }
     }
 
     /// Any other place, for tests.
     pub fn new(to: impl Write + 'static) -> Out {
-        Out { to: Box::new(to), untouched: false, incomplete: false }
+        Out { to: Box::new(to), untouched: false, outlives: false, closed: false, incomplete: false }
+    }
+
+    /// From now on a closed pipe is no error: what is written is lost, and the command goes on to its exit status.
+    pub fn outlive(&mut self) {
+        self.outlives = true;
+    }
+
+    /// Whether nobody reads any more.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        self.closed
+    }
+
+    fn written(&mut self, result: io::Result<()>) -> Result<(), CliError> {
+        match result {
+            Err(e) if self.outlives && e.kind() == io::ErrorKind::BrokenPipe => {
+                self.closed = true;
+                Ok(())
+            }
+            other => other.map_err(CliError::stdout),
+        }
     }
 
     /// What is written now must not go where the command reads.
@@ -38,13 +69,20 @@ impl Out {
         Ok(())
     }
 
-    /// Writes text, as `write!` and `writeln!` do.
+    /// Writes text, as `write!` and `writeln!` do. What a terminal would act on is written out: names come from files.
     ///
     /// # Errors
     /// It cannot be written.
     pub fn write_fmt(&mut self, text: fmt::Arguments<'_>) -> Result<(), CliError> {
-        self.begin()?;
-        self.to.write_fmt(text).map_err(CliError::stdout)
+        self.bytes(crate::safe::text(&text.to_string()).as_bytes())
+    }
+
+    /// Writes text with colours, in which all else is safe for a terminal already.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn styled(&mut self, text: &str) -> Result<(), CliError> {
+        self.bytes(text.as_bytes())
     }
 
     /// Writes bytes as they are.
@@ -53,7 +91,11 @@ impl Out {
     /// They cannot be written.
     pub fn bytes(&mut self, bytes: &[u8]) -> Result<(), CliError> {
         self.begin()?;
-        self.to.write_all(bytes).map_err(CliError::stdout)
+        if self.closed {
+            return Ok(());
+        }
+        let result = self.to.write_all(bytes);
+        self.written(result)
     }
 
     /// Writes a value as JSON over several lines.
@@ -61,8 +103,8 @@ impl Out {
     /// # Errors
     /// It cannot be written.
     pub fn json(&mut self, value: &impl Serialize) -> Result<(), CliError> {
-        self.begin()?;
-        serde_json::to_writer_pretty(&mut self.to, value).map_err(|error| CliError::stdout(error.into()))?;
+        let text = serde_json::to_string_pretty(value).map_err(|error| CliError::stdout(error.into()))?;
+        self.bytes(crate::safe::json(&text).as_bytes())?;
         self.bytes(b"\n")
     }
 
@@ -82,7 +124,11 @@ impl Out {
     /// # Errors
     /// It cannot be written.
     pub fn flush(&mut self) -> Result<(), CliError> {
-        self.to.flush().map_err(CliError::stdout)
+        if self.closed {
+            return Ok(());
+        }
+        let result = self.to.flush();
+        self.written(result)
     }
 }
 

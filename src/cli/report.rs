@@ -8,6 +8,7 @@ use super::args::XControl;
 use super::loading::rendered;
 use super::monitor::SAID;
 use super::prepare::{Prepared, cycles};
+use super::told::{styled, tell};
 use super::{Status, timing};
 use crate::Value;
 use crate::circuit::Loader;
@@ -139,12 +140,11 @@ impl Report<'_> {
 
     /// Tells the summary where it is in nobody's way.
     pub fn stderr(&self) {
-        eprint!("{}", self.text(false).replace("  wrote -\n", ""));
+        tell!("{}", self.text(false).replace("  wrote -\n", ""));
     }
 
     /// What is doubtful in the circuit and its scenario, to standard error; of the circuit only if asked for.
     pub fn warnings(&self, verbose: bool) {
-        use std::io::Write;
         let mut told = Diagnostics::new();
         told.extend(
             self.loader
@@ -154,23 +154,20 @@ impl Report<'_> {
                 .cloned(),
         );
         told.sort();
-        let _ = write!(anstream::stderr().lock(), "{}", rendered(&told, self.loader));
+        styled(&rendered(&told, self.loader));
     }
 
     /// Failed expectations and doubtful controls, to standard error.
     pub fn notes(&self, x_control: XControl) {
-        use std::io::Write;
         let told = self.diagnostics();
-        let mut to = anstream::stderr().lock();
-        let _ = write!(to, "{}", rendered(&told, self.loader));
+        styled(&rendered(&told, self.loader));
         if x_control != XControl::Ignore {
             let netlist = &self.prepared.circuit.netlist;
             const SHOWN: usize = 20;
             let kind = if x_control == XControl::Error { "error" } else { "warning" };
             for u in self.outcome.unknown_controls.iter().take(SHOWN) {
-                let _ = writeln!(
-                    to,
-                    "{kind}[unknown-control]: at {} an unknown value reaches `{}` of `{}` by the net `{}`{}",
+                tell!(
+                    "{kind}[unknown-control]: at {} an unknown value reaches `{}` of `{}` by the net `{}`{}\n",
                     time(netlist, u.time),
                     u.pin,
                     netlist.cell_path(u.cell),
@@ -180,21 +177,21 @@ impl Report<'_> {
             }
             let more = self.outcome.unknown_controls.len().saturating_sub(SHOWN);
             if more > 0 {
-                let _ = writeln!(to, "{kind}[unknown-control]: and {more} more");
+                tell!("{kind}[unknown-control]: and {more} more\n");
             }
         }
         let failed = self.outcome.assertions_failed;
         if failed > u64::from(SAID) {
-            let _ = writeln!(to, "error[assertion]: and {} more", failed - u64::from(SAID));
+            tell!("error[assertion]: and {} more\n", failed - u64::from(SAID));
         }
         for &i in &self.outcome.uncovered {
             let check = &self.prepared.scenario.monitors[i];
             let source = check.source.as_ref().map_or_else(String::new, |s| format!(" ({s})"));
-            let _ = writeln!(to, "cover: `{}` was never reached{source}", check.name);
+            tell!("cover: `{}` was never reached{source}\n", check.name);
         }
         if self.outcome.stop == Stop::Interrupted {
             let held = if self.files.is_empty() { "" } else { "; the waveform holds everything up to there" };
-            let _ = writeln!(to, "interrupted at {}{held}", time(&self.prepared.circuit.netlist, self.outcome.time));
+            tell!("interrupted at {}{held}\n", time(&self.prepared.circuit.netlist, self.outcome.time));
         }
     }
 

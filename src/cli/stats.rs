@@ -161,7 +161,7 @@ impl Report {
             );
             rows.push(row);
         }
-        let width = |column: usize| rows.iter().map(|r| r[column].chars().count()).max().unwrap_or(0);
+        let width = |column: usize| rows.iter().map(|r| r[column].chars().count()).max().unwrap_or(0).min(MOST_WIDE);
         let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
         text.push('\n');
         for row in &rows {
@@ -172,6 +172,9 @@ impl Report {
     }
 }
 
+/// No column is made wider for one long name.
+const MOST_WIDE: usize = 200;
+
 /// A name, a number and what is to be said of it.
 type Row = [String; 3];
 
@@ -180,7 +183,7 @@ fn section(text: &mut String, heading: &str, rows: &[Row]) {
     if rows.is_empty() {
         return;
     }
-    let width = |column: usize| rows.iter().map(|r| r[column].chars().count()).max().unwrap_or(0);
+    let width = |column: usize| rows.iter().map(|r| r[column].chars().count()).max().unwrap_or(0).min(MOST_WIDE);
     let (name, number) = (width(0), width(1));
     let _ = writeln!(text, "\n{heading}");
     for [n, count, note] in rows {

@@ -10,9 +10,11 @@ use super::args::{Assignment, SweepArgs};
 use super::loading::{faults, loader};
 use super::prepare::{Changes, Prepared, prepare};
 use super::progress::Progress;
+use super::told::tell;
 use super::{CliError, Out, Status, interrupt};
 use crate::engine::batch::vectors;
 use crate::netlist::{Direction, NetId, SignalId};
+use crate::scenario::Scenario;
 use crate::sweep::part::{self, Digest, Part, Rows};
 use crate::sweep::run::Statistics;
 use crate::sweep::{Against, Form, Over, Plan, Sweep, SweepError, Table};
@@ -89,7 +91,7 @@ fn sweep(args: &SweepArgs, path: &Path, out: &mut Out) -> Result<Status, CliErro
         None => None,
     };
     if !(scenario.expect.is_empty() && scenario.checks.is_empty() && scenario.monitors.is_empty()) {
-        eprintln!("note: a sweep does not check expectations, timing checks and the circuit's own assertions");
+        tell!("note: a sweep does not check expectations, timing checks and the circuit's own assertions\n");
     }
     let is_output = |s: &SignalId| matches!(netlist.signal(*s).port, Some(Direction::Output | Direction::Inout));
     let outputs = match args.show.is_empty() {
@@ -146,7 +148,13 @@ fn sweep(args: &SweepArgs, path: &Path, out: &mut Out) -> Result<Status, CliErro
             false
         }
         Err(SweepError::Interrupted(_)) => true,
+        Err(SweepError::Sink(_)) if broken.as_ref().is_some_and(CliError::is_broken_pipe) => {
+            return Ok(Status::of(tally.as_asked(scenario)));
+        }
         Err(SweepError::Sink(e)) => return Err(broken.unwrap_or_else(|| e.into())),
+        Err(SweepError::Threads(source)) => {
+            return Err(CliError::Io { message: "cannot sweep: the system gives no thread".to_owned(), source });
+        }
         Err(e @ SweepError::Foreign(_)) => {
             return Err(usage(&e).with_hint("leave --against out: the sweep itself takes every circuit"));
         }
@@ -166,13 +174,9 @@ fn sweep(args: &SweepArgs, path: &Path, out: &mut Out) -> Result<Status, CliErro
     }
     match (&args.output, interrupted) {
         (Some(file), false) => out.write_fmt(format_args!("{text}wrote {}\n", file.display()))?,
-        _ => eprint!("{text}"),
+        _ => tell!("{text}"),
     }
-    let as_asked = tally.unsettled == 0
-        && tally.differ == 0
-        && (tally.limit == 0 || !scenario.limit_fails)
-        && (tally.idle == 0 || scenario.until.is_none());
-    Ok(Status::of(as_asked && !interrupted))
+    Ok(Status::of(tally.as_asked(scenario) && !interrupted))
 }
 
 /// What the extension of a file says of its form.
@@ -202,7 +206,7 @@ fn identity(args: &SweepArgs, prepared: &Prepared, columns: &[String]) -> String
     for signal in circuit.netlist.signal_ids() {
         let _ = write!(hash, "{} {:?}", circuit.netlist.signal_path(signal), circuit.netlist.bits(signal));
     }
-    let crate::scenario::Scenario { clocks, inputs, stimulus, until, limit, limit_given, .. } = scenario;
+    let Scenario { clocks, inputs, stimulus, until, limit, limit_given, .. } = scenario;
     let _ = write!(hash, "{clocks:?} {inputs:?} {stimulus:?} {until:?} {limit} {limit_given}");
     hash.text()
 }
@@ -226,6 +230,14 @@ struct Tally {
 }
 
 impl Tally {
+    /// Whether every run ended as it was to.
+    fn as_asked(&self, scenario: &Scenario) -> bool {
+        self.unsettled == 0
+            && self.differ == 0
+            && (self.limit == 0 || !scenario.limit_fails)
+            && (self.idle == 0 || scenario.until.is_none())
+    }
+
     fn add(&mut self, number: u64, line: &str) {
         self.rows += 1;
         // values hold neither commas nor quotes
@@ -322,9 +334,9 @@ fn verbose(sweep: &Sweep<'_>, s: &Statistics, took: std::time::Duration, all: st
     };
     let alone =
         if s.events > 0 && s.lanes > 0 { format!(", {} runs on the event engine", s.events) } else { String::new() };
-    eprintln!("{engine}{alone}");
-    eprintln!(
-        "{} instants, {} of blocks all known, {:.3e} bits of cells evaluated, {:.3} s of {:.3} s",
+    tell!("{engine}{alone}\n");
+    tell!(
+        "{} instants, {} of blocks all known, {:.3e} bits of cells evaluated, {:.3} s of {:.3} s\n",
         s.instants,
         s.known,
         s.evaluated as f64,
@@ -446,7 +458,11 @@ impl Results {
 
     fn line(&mut self, line: &str, out: &mut Out) -> Result<(), CliError> {
         match self {
-            Results::Stdout => out.write_fmt(format_args!("{line}\n")),
+            Results::Stdout => {
+                out.write_fmt(format_args!("{line}\n"))?;
+                // nobody reads: the rest need not be run
+                if out.is_closed() { Err(CliError::stdout(io::ErrorKind::BrokenPipe.into())) } else { Ok(()) }
+            }
             Results::File { part, rows, .. } => {
                 let written = rows.write_all(line.as_bytes()).and_then(|()| rows.write_all(b"\n"));
                 written.map_err(|e| cannot("write", part, e))

@@ -9,6 +9,7 @@ use super::loading::{faults, rendered};
 use super::prepare::{Changes, is_scenario, prepare};
 use super::report::Report;
 use super::simulate::simulate;
+use super::told::tell;
 use super::wave::width;
 use super::{CliError, Out, Status, interrupt};
 use crate::circuit::{Limits, Loader};
@@ -53,7 +54,7 @@ pub fn run(args: &TestArgs, out: &mut Out) -> Result<Status, CliError> {
     let mut listed = Vec::new();
     for path in &scenarios {
         if interrupt::interrupted() {
-            eprintln!("interrupted; {} scenarios were not run", scenarios.len() - passed - failed - broken);
+            tell!("interrupted; {} scenarios were not run\n", scenarios.len() - passed - failed - broken);
             return Ok(Status::Failed);
         }
         let verdict = one(path, args)?;

@@ -66,10 +66,8 @@ pub fn run(args: &WaveTextArgs, out: &mut Out) -> Result<Status, CliError> {
     let legible = if to.is_some() { Legible::Whole } else { Legible::Begin };
     let axis = Axis::new(&traces, begin, end, columns.max(10), legible);
     let axis = if axis.to == waves.end() { axis.with_end(columns) } else { axis };
-    out.write_fmt(format_args!(
-        "{}",
-        Picture { traces: &traces, timescale: waves.timescale(), axis, mark: None, style }
-    ))?;
+    let picture = Picture { traces: &traces, timescale: waves.timescale(), axis, mark: None, style };
+    out.styled(&picture.to_string())?;
     let more = if args.ascii { "..." } else { "…" };
     if axis.to < end {
         let timescale = waves.timescale();

@@ -14,23 +14,28 @@ pub fn measure(sets: &[Set], watch: Watch<'_>, threads: usize) -> Option<Vec<Gro
         sets.iter().enumerate().flat_map(|(i, set)| set.variants().iter().map(move |&v| (i, v))).collect();
     let next = AtomicUsize::new(0);
     let done: Mutex<Vec<(usize, Option<Motion>)>> = Mutex::new(Vec::new());
-    thread::scope(|scope| {
-        for _ in 0..threads.clamp(1, jobs.len().max(1)) {
-            scope.spawn(|| {
-                loop {
-                    let job = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(&(set, variant)) = jobs.get(job) else { break };
-                    let motion = Motion::of(variant, &sets[set], watch);
-                    let stopped = motion.is_none();
-                    if let Ok(mut done) = done.lock() {
-                        done.push((job, motion));
-                    }
-                    if stopped {
-                        break;
-                    }
-                }
-            });
+    let work = || {
+        loop {
+            let job = next.fetch_add(1, Ordering::Relaxed);
+            let Some(&(set, variant)) = jobs.get(job) else { break };
+            let motion = Motion::of(variant, &sets[set], watch);
+            let stopped = motion.is_none();
+            if let Ok(mut done) = done.lock() {
+                done.push((job, motion));
+            }
+            if stopped {
+                break;
+            }
         }
+    };
+    thread::scope(|scope| {
+        // this thread works too, so that it needs no other
+        for _ in 1..threads.clamp(1, jobs.len().max(1)) {
+            if thread::Builder::new().spawn_scoped(scope, work).is_err() {
+                break;
+            }
+        }
+        work();
     });
     let mut done = done.into_inner().ok()?;
     done.sort_by_key(|&(job, _)| job);

@@ -24,6 +24,24 @@ pub fn text(text: &str) -> Cow<'_, str> {
     escaped(text, |c| matches!(c, '\n' | '\t'))
 }
 
+/// JSON as it was written, on several lines or one: what is not plain as JSON escapes it.
+#[must_use]
+pub fn json(text: &str) -> Cow<'_, str> {
+    let plain = |c: char| is_plain(c) || c == '\n';
+    if text.chars().all(plain) {
+        return Cow::Borrowed(text);
+    }
+    let mut safe = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        match plain(c) {
+            true => safe.push(c),
+            // all of them have one unit of UTF-16
+            false => _ = write!(safe, "\\u{:04x}", u32::from(c)),
+        }
+    }
+    Cow::Owned(safe)
+}
+
 fn escaped(text: &str, stays: fn(char) -> bool) -> Cow<'_, str> {
     let plain = |c: char| is_plain(c) || stays(c);
     if text.chars().all(plain) {
@@ -47,6 +65,7 @@ mod tests {
     fn what_a_terminal_acts_on_is_written_out() {
         assert_eq!(name("a\u{1b}[31mb\u{9b}2J\u{7}\r\n\t"), "a\\u{1b}[31mb\\u{9b}2J\\u{7}\\u{d}\\u{a}\\u{9}");
         assert_eq!(name("\u{202e}txt"), "\\u{202e}txt");
+        assert_eq!(json("[\"\u{9b}\",\n1]"), "[\"\\u009b\",\n1]");
         assert_eq!(text("a\n\tb\u{1b}"), "a\n\tb\\u{1b}");
         assert!(matches!(name("größe[3] 中 \u{200d}"), Cow::Borrowed(_)));
     }

@@ -136,11 +136,8 @@ fn clean(text: &str) -> String {
         }
         match c {
             '\n' => out.push('\n'),
-            // Bidirectional controls reorder what a terminal shows.
-            c if c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}') => {
-                out.extend(c.escape_unicode());
-            }
-            c => out.push(c),
+            c if crate::safe::is_plain(c) => out.push(c),
+            c => out.extend(c.escape_unicode()),
         }
     }
     out

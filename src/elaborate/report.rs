@@ -148,7 +148,7 @@ impl Report<'_> {
                     .push(Diagnostic::new(Code::UnusedNet, format!("{what} `{name}`")).at(place.span, "").help(help));
             }
             // told already, with the place of the connection, before the netlist was built
-            Fault::Width { .. } | Fault::Open { .. } | Fault::DrivenConstant { .. } => {}
+            Fault::Width { .. } | Fault::Open { .. } | Fault::DrivenConstant { .. } | Fault::SurplusPins { .. } => {}
         }
     }
 

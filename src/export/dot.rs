@@ -65,7 +65,7 @@ fn escaped(text: &str) -> String {
         if matches!(c, '{' | '}' | '|' | '<' | '>' | '"' | '\\' | ' ') {
             out.push('\\');
         }
-        out.push(if c.is_control() { '?' } else { c });
+        out.push(if crate::safe::is_plain(c) { c } else { '?' });
     }
     out
 }

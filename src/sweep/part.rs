@@ -11,7 +11,7 @@ use serde_json::{Value as Json, json};
 use super::plan::{Over, Plan};
 pub use super::table::field;
 use super::table::{Form, swept};
-use crate::Value;
+use crate::{Value, safe};
 
 /// What a file of results is a part of. The first line of a part.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
@@ -102,7 +102,11 @@ pub fn head(part: &Part, columns: &[String]) -> String {
     match part.form {
         Form::Csv => {
             let names: Vec<String> = columns.iter().map(|name| field(Form::Csv, name)).collect();
-            let mark = if is_whole(part) { String::new() } else { format!("{MARK}{}\n", json!(part)) };
+            let mark = if is_whole(part) {
+                String::new()
+            } else {
+                format!("{MARK}{}\n", safe::json(&json!(part).to_string()))
+            };
             format!("{mark}{}\n", names.join(","))
         }
         Form::Json => head_of(part, &json!(columns).to_string()),
@@ -117,7 +121,7 @@ fn is_whole(part: &Part) -> bool {
 /// The same as [`head`] of JSON, the columns as they stand in it.
 #[must_use]
 pub fn head_of(part: &Part, columns: &str) -> String {
-    format!("{{\"sweep\":{},\n\"columns\":{columns},\n\"rows\":[\n", json!(part))
+    format!("{{\"sweep\":{},\n\"columns\":{columns},\n\"rows\":[\n", safe::json(&json!(part).to_string()))
 }
 
 /// What comes between two rows.

@@ -91,6 +91,8 @@ pub enum SweepError {
     Interrupted(u64),
     /// The rows cannot be taken.
     Sink(io::Error),
+    /// The system gives no thread to run them on.
+    Threads(io::Error),
     /// `against` is for the batch engine alone, and it does not take this cell.
     Foreign(CellId),
 }
@@ -100,6 +102,7 @@ impl fmt::Display for SweepError {
         match self {
             SweepError::Interrupted(row) => write!(f, "interrupted at row {row}"),
             SweepError::Sink(error) => error.fmt(f),
+            SweepError::Threads(error) => write!(f, "the system gives no thread: {error}"),
             SweepError::Foreign(_) => {
                 write!(f, "a circuit with delays or memories cannot be compared with an algorithm")
             }
@@ -109,6 +112,8 @@ impl fmt::Display for SweepError {
 
 impl error::Error for SweepError {}
 
+/// Bytes of a worker's stack: built without optimisation, what the batch engine inlines takes several MB.
+const STACK: usize = 64 << 20;
 /// Rows that a worker takes at once.
 const SPAN: u64 = 512;
 /// Rows that may be run before those in front of them have been handed on.
@@ -220,10 +225,12 @@ impl Sweep<'_> {
         };
         let (send, receive) = mpsc::channel::<Vec<(u64, String)>>();
         thread::scope(|scope| {
+            // of the threads that the system gives, be they fewer
+            let mut refused = None;
             let workers: Vec<_> = (0..threads)
-                .map(|_| {
+                .map_while(|_| {
                     let (send, source, program) = (send.clone(), &source, program.clone());
-                    scope.spawn(move || {
+                    let worker = thread::Builder::new().stack_size(STACK).spawn_scoped(scope, move || {
                         let mut done = |rows: Vec<Row>| {
                             send.send(rows.iter().map(|row| (row.number, text(row))).collect()).is_ok()
                         };
@@ -231,10 +238,15 @@ impl Sweep<'_> {
                             Some(program) => Worker::new(self, program, lanes).run(source, &mut done),
                             None => self.one_by_one(source, &mut done),
                         }
-                    })
+                    });
+                    worker.map_err(|e| refused = Some(e)).ok()
                 })
                 .collect();
             drop(send);
+            if let (true, Some(e)) = (workers.is_empty(), refused) {
+                return Err(SweepError::Threads(e));
+            }
+            let threads = workers.len();
             let mut next = rows.start;
             // from row `next` on, as far as any has come
             let mut early: VecDeque<Option<String>> = VecDeque::new();

@@ -10,6 +10,7 @@ use super::run::{Ended, Row, Shown, Verdict};
 use crate::Value;
 use crate::cell::Clock;
 use crate::netlist::{Netlist, SignalId};
+use crate::safe;
 use crate::value::Word;
 
 /// How results are written.
@@ -53,7 +54,7 @@ impl<'a> Table<'a> {
     /// The names of the columns.
     #[must_use]
     pub fn columns(&self) -> Vec<String> {
-        let path = |s: &SignalId| self.netlist.signal_path(*s);
+        let path = |s: &SignalId| safe::name(&self.netlist.signal_path(*s)).into_owned();
         let mut names: Vec<String> = self.swept.iter().map(path).collect();
         names.extend(["stop", "time"].map(String::from));
         names.extend(self.clock.map(|_| "cycles".into()));

@@ -281,8 +281,16 @@ pub type ParameterValue = Spanned<ParameterText>;
 pub enum ParameterText {
     /// A JSON number.
     Integer(i64),
+    /// A JSON number with a fraction or an exponent, for quantities: its shortest text.
+    #[serde(deserialize_with = "fraction")]
+    #[schemars(with = "f64")]
+    Number(String),
     /// A JSON string.
     String(String),
+}
+
+fn fraction<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
+    f64::deserialize(deserializer).map(|n| n.to_string())
 }
 
 impl ParameterText {
@@ -291,7 +299,7 @@ impl ParameterText {
     pub fn as_text(&self) -> String {
         match self {
             ParameterText::Integer(n) => n.to_string(),
-            ParameterText::String(text) => text.clone(),
+            ParameterText::Number(text) | ParameterText::String(text) => text.clone(),
         }
     }
 }
@@ -304,6 +312,8 @@ impl Spanned<ParameterText> {
     pub fn expr(&self) -> Result<Expr, Diagnostic> {
         match &self.value {
             ParameterText::Integer(n) => Ok(Expr::number(*n, self.span)),
+            ParameterText::Number(_) => Err(Diagnostic::new(Code::WrongType, "only a quantity may have a fraction")
+                .at(self.span, "this is not an integer")),
             ParameterText::String(text) => Expr::parse(text, self.span),
         }
     }
@@ -312,7 +322,7 @@ impl Spanned<ParameterText> {
     #[must_use]
     pub fn word(&self) -> Option<&str> {
         match &self.value {
-            ParameterText::Integer(_) => None,
+            ParameterText::Integer(_) | ParameterText::Number(_) => None,
             ParameterText::String(text) => Some(text),
         }
     }

@@ -60,7 +60,7 @@ impl Page {
         let tick = self.timescale.map(|t| (t.count(), t.unit().as_str()));
         let data = Data { title: &self.title, tick, signals: &self.signals, route: self.route.as_ref() };
         // numbers, texts and lists: this cannot fail
-        let data = serde_json::to_string(&data).unwrap_or_default();
+        let data = crate::safe::json(&serde_json::to_string(&data).unwrap_or_default()).into_owned();
         let schematic = match &self.schematic {
             Ok(svg) => svg
                 .split_once("?>")

@@ -7,7 +7,7 @@ use std::io;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
-use super::thread::{ended, over};
+use super::thread::{ended, over, refused};
 use super::{Batch as Packed, Batches, Layout, Sink};
 use crate::value::{Word, word};
 
@@ -123,7 +123,7 @@ impl Sink for Background {
         let (full, to_do) = sync_channel(WAITING);
         let (done, empty) = sync_channel(WAITING + 1);
         let thread = std::thread::Builder::new().name("waveform".to_owned());
-        let thread = thread.spawn(move || consume(sink, &sizes, &to_do, &done))?;
+        let thread = thread.spawn(move || consume(sink, &sizes, &to_do, &done)).map_err(|e| refused(&e))?;
         self.state = State::Running { full, empty, thread };
         Ok(())
     }

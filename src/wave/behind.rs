@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
 use super::output::{Destination, Piece};
-use super::thread::{ended, over};
+use super::thread::{ended, over, refused};
 
 /// How many pieces may wait.
 const WAITING: usize = 4;
@@ -72,7 +72,7 @@ impl<D: Destination + Seek + Send + 'static> Behind<D> {
             }
             Ok(())
         };
-        let thread = std::thread::Builder::new().name("output".to_owned()).spawn(work)?;
+        let thread = std::thread::Builder::new().name("output".to_owned()).spawn(work).map_err(|e| refused(&e))?;
         self.state = State::Running { orders, empty, places, thread };
         Ok(())
     }

@@ -33,7 +33,7 @@ use std::io;
 
 #[cfg(test)]
 pub(crate) use discreta_core::Value;
-pub(crate) use discreta_core::{Timescale, Unit, files, value};
+pub(crate) use discreta_core::{Timescale, Unit, files, safe, value};
 
 use crate::value::Word;
 pub use batch::{Batch, Batches};

@@ -10,6 +10,9 @@ const MAX_BITS: usize = 16;
 /// Characters of one value.
 const MAX_TEXT: usize = 40;
 
+/// No column is made wider for one long name.
+const MOST_WIDE: usize = 200;
+
 impl fmt::Display for Difference {
     /// The report: where the first difference is, what was around it, then every list.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -18,7 +21,7 @@ impl fmt::Display for Difference {
             let end = self.a.end.min(self.b.end);
             return writeln!(f, "The same: {} until {}.", count(self.compared, "signal"), time(end));
         }
-        let wide = self.a.name.chars().count().max(self.b.name.chars().count());
+        let wide = self.a.name.chars().count().max(self.b.name.chars().count()).min(MOST_WIDE);
         writeln!(f, "a  {:wide$}  ends at {}", self.a.name, time(self.a.end))?;
         writeln!(f, "b  {:wide$}  ends at {}", self.b.name, time(self.b.end))?;
 
@@ -105,7 +108,7 @@ fn time(timescale: Option<Timescale>, ticks: u64) -> String {
 fn table(f: &mut fmt::Formatter<'_>, head: &[&str], rows: Vec<Vec<String>>, marked: Option<usize>) -> fmt::Result {
     let width = |column: usize| {
         let cells = rows.iter().map(|row| row[column].chars().count());
-        cells.chain([head[column].chars().count()]).max().unwrap_or(0)
+        cells.chain([head[column].chars().count()]).max().unwrap_or(0).min(MOST_WIDE)
     };
     let widths: Vec<usize> = (0..head.len()).map(width).collect();
     let head: Vec<String> = head.iter().map(|&cell| cell.to_owned()).collect();

@@ -12,3 +12,9 @@ pub(super) fn ended(thread: JoinHandle<io::Result<()>>, what: &str) -> io::Resul
 pub(super) fn over() -> io::Error {
     io::Error::other("written to after it was complete or had failed")
 }
+
+/// The fault of a system that gives no thread.
+pub(super) fn refused(why: &io::Error) -> io::Error {
+    let text = format!("the system gives no thread for it ({}): allow more (`ulimit -u`)", crate::output::reason(why));
+    io::Error::new(why.kind(), text)
+}

@@ -376,7 +376,7 @@ fn a_circuit_with_delays_is_swept_on_the_event_engine() {
     let (status, stdout, stderr) = run(&words(&["circuits/feed/synchroniser.json", "-v"], &["--over", "step=0,1"]));
     assert_eq!(status, 0, "{stderr}");
     assert_eq!(stdout, "step,stop,time,drive,stop,waiting\n0,limit,460,0,0,0\n1,limit,460,0,0,0\n");
-    assert!(stderr.starts_with("note: a sweep does not look at expectations, timing checks"), "{stderr}");
+    assert!(stderr.starts_with("note: a sweep does not check expectations, timing checks"), "{stderr}");
     assert!(stderr.contains("engine event, 1 threads: the batch engine does not take "), "{stderr}");
     assert!(stderr.ends_with("2 runs: 2 limit\n"), "{stderr}");
 }

@@ -196,7 +196,7 @@ fn a_place_that_cannot_be_written_is_found_and_named() {
     refused(&["run", LINE, "-o", &at("")], &["is a directory", "name a file in it"]);
     refused(&["run", LINE, "-o", &at("a.ghw")], &["written as VCD or FST, not as ghw", "end the name in .vcd or .fst"]);
     refused(&["run", LINE, "-o", ""], &["a value is required"]);
-    refused(&["run", LINE, "-o", LINE], &["it is an input of this command"]);
+    refused(&["run", LINE, "-o", LINE], &["waveforms are written as VCD or FST"]);
     std::fs::write(dir.path().join("circuit"), LONG).unwrap();
     refused(&["run", &at("circuit"), "-o", &at("circuit")], &["it is an input of this command"]);
     assert_eq!(std::fs::read_to_string(dir.path().join("circuit")).unwrap(), LONG);

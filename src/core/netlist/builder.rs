@@ -7,6 +7,7 @@ mod undriven;
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::ValueNames;
 use super::bus::{Bus, Part};
@@ -358,7 +359,9 @@ impl Builder {
         let nets_of_cells = join.nets.len();
         let resolvers = join.resolve();
 
+        static BUILT: AtomicU64 = AtomicU64::new(1);
         let mut netlist = Netlist {
+            identity: BUILT.fetch_add(1, Ordering::Relaxed),
             timescale: self.timescale,
             scopes: self.scopes,
             pin_ends: vec![0],
@@ -422,6 +425,14 @@ impl Builder {
     fn check_pins(&self, faults: &mut Vec<Fault>) {
         for (i, draft) in self.cells.iter().enumerate() {
             let cell = CellId::new(i);
+            for (given, pins, inputs) in [
+                (draft.inputs.len(), draft.kind.inputs().len(), true),
+                (draft.outputs.len(), draft.kind.outputs().len(), false),
+            ] {
+                if given > pins {
+                    faults.push(Fault::SurplusPins { cell, inputs, given, pins });
+                }
+            }
             let ins = draft
                 .kind
                 .inputs()

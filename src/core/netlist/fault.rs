@@ -48,6 +48,17 @@ pub enum Fault {
         /// The pin's name.
         pin: &'static str,
     },
+    /// More buses than the cell has pins.
+    SurplusPins {
+        /// The cell.
+        cell: CellId,
+        /// Whether they are inputs.
+        inputs: bool,
+        /// How many buses were given.
+        given: usize,
+        /// How many pins there are.
+        pins: usize,
+    },
     /// A required input that is left open.
     Open {
         /// The cell.

@@ -173,6 +173,8 @@ pub struct Netlist {
     signal_slices: Vec<Slice>,
     constants: OnceLock<Constants>,
     order: OnceLock<Order>,
+    /// No two netlists that were built have the same; a clone has that of its original.
+    identity: u64,
 }
 
 impl Netlist {
@@ -185,6 +187,12 @@ impl Netlist {
     /// Makes a tick something else, where nothing but convention said what it is.
     pub fn set_timescale(&mut self, timescale: Timescale) {
         self.timescale = timescale;
+    }
+
+    /// A number that tells it from every other netlist of this program; a clone has that of its original.
+    #[must_use]
+    pub fn identity(&self) -> u64 {
+        self.identity
     }
 
     /// The nets.

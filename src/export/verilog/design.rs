@@ -71,7 +71,8 @@ fn written<'n>(netlist: &'n Netlist, scenario: Option<&Scenario>) -> Design<'n> 
             text
         })
         .collect();
-    let mut text = format!("// {}: written by discreta {}\n", names_of(&modules), env!("CARGO_PKG_VERSION"));
+    let mut text =
+        format!("// {}: written by discreta {}\n", crate::safe::name(names_of(&modules)), env!("CARGO_PKG_VERSION"));
     text += "\n/* verilator lint_off DECLFILENAME */ // all modules are in this file\n";
     let _ = writeln!(text, "`timescale {0} / {0}", bench_timescale(netlist));
     for body in bodies {

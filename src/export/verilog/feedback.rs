@@ -31,15 +31,16 @@ pub(super) fn wires(netlist: &Netlist, hierarchy: &Hierarchy) -> Vec<Vec<bool>> 
     }
     for (m, module) in hierarchy.modules().iter().enumerate() {
         for (w, wire) in module.wires.iter().enumerate() {
-            let of_cell = |c: &Cell| {
-                let drives = |p: &Piece| matches!(p, Piece::Wire { wire, .. } if *wire == w);
-                (0..c.outputs.len())
-                    .any(|pin| c.outputs[pin].iter().any(drives) && nets[netlist.output(c.id, pin).index()])
-            };
-            found[m][w] = match wire.signal {
-                Some(signal) => names.contains(&(m, &netlist.signal(signal).name)),
-                None => module.cells.iter().any(of_cell),
-            };
+            found[m][w] = wire.signal.is_some_and(|signal| names.contains(&(m, &netlist.signal(signal).name)));
+        }
+        let outputs = |c: &Cell| (0..c.outputs.len()).filter(|&pin| nets[netlist.output(c.id, pin).index()]).collect();
+        for cell in &module.cells {
+            let round: Vec<usize> = outputs(cell);
+            for piece in round.into_iter().flat_map(|pin| &cell.outputs[pin]) {
+                if let Piece::Wire { wire, .. } = piece {
+                    found[m][*wire] |= module.wires[*wire].signal.is_none();
+                }
+            }
         }
     }
     found
@@ -74,6 +75,9 @@ pub(super) fn closing(netlist: &Netlist, module: &Module) -> Vec<bool> {
             cell.inputs.iter().flat_map(|p| bits(p)).filter_map(|b| driver.get(&b).copied()).collect();
         edges.extend(from.into_iter().map(|f| (f, c as u32)));
     }
+    let whole = |c: u32| !module.cells[c as usize].outputs[0].iter().any(|p| matches!(p, Piece::Open(_)));
+    back_edges(module.cells.len(), &edges, |c| closing[c as usize] |= whole(c));
+    // what is left goes round through cells that cannot close it alone
     loop {
         let open = edges.iter().filter(|e| !closing[e.0 as usize]);
         let open: Vec<(u32, u32)> = open.copied().collect();
@@ -84,10 +88,46 @@ pub(super) fn closing(netlist: &Netlist, module: &Module) -> Vec<bool> {
         }
         for group in &sorted.groups {
             let members = sorted.sequence[group.clone()].iter();
-            let whole = |&&c: &&u32| !module.cells[c as usize].outputs[0].iter().any(|p| matches!(p, Piece::Open(_)));
-            match members.filter(whole).min() {
+            match members.filter(|&&c| whole(c)).min() {
                 Some(&first) => closing[first as usize] = true,
                 None => return closing,
+            }
+        }
+    }
+}
+
+/// Finds a node on every circle: where a walk against the edges, each node's least neighbours first, comes back to a node
+/// that it is still at.
+fn back_edges(nodes: usize, edges: &[(u32, u32)], mut found: impl FnMut(u32)) {
+    let against = Graph::new(nodes, |f| edges.iter().for_each(|&(from, to)| f(to, from)));
+    #[derive(Clone, Copy, PartialEq)]
+    enum Seen {
+        No,
+        Still,
+        Done,
+    }
+    let mut seen = vec![Seen::No; nodes];
+    let mut way: Vec<(u32, usize)> = Vec::new();
+    for root in 0..nodes as u32 {
+        if seen[root as usize] != Seen::No {
+            continue;
+        }
+        seen[root as usize] = Seen::Still;
+        way.push((root, 0));
+        while let Some((node, next)) = way.last_mut() {
+            let Some(&to) = against.after(*node).get(*next) else {
+                seen[*node as usize] = Seen::Done;
+                way.pop();
+                continue;
+            };
+            *next += 1;
+            match seen[to as usize] {
+                Seen::No => {
+                    seen[to as usize] = Seen::Still;
+                    way.push((to, 0));
+                }
+                Seen::Still => found(to),
+                Seen::Done => {}
             }
         }
     }

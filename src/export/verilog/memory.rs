@@ -156,7 +156,7 @@ pub(super) fn write(w: &mut Writer<'_>, cell: &Cell, m: &Memory) {
     }
     let name = w.name_of(cell);
     let name = w.fresh(cell.block, &name);
-    let comment = w.netlist.cell(cell.id).name.replace(['\n', '\r'], " ");
+    let comment = crate::safe::name(&w.netlist.cell(cell.id).name).into_owned();
     // a negative first address becomes 0
     let first = i64::from(m.offset.max(0));
     let clock = |w: &Writer<'_>, (at, port): (usize, &WritePort)| event(w, &pin(cell, WR_CLK, at, 1), port.clock?);

@@ -1,6 +1,6 @@
 //! Identifiers: escaped where Verilog needs it, no two alike where it wants them different.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 /// What is no name in Verilog or SystemVerilog (IEEE 1364-2005, annex B; IEEE 1800-2017, annex B).
 const KEYWORDS: &str = " accept_on alias always always_comb always_ff always_latch and assert assign assume automatic before
@@ -63,18 +63,29 @@ pub(super) fn readable(name: &str) -> String {
 
 /// The names that are taken in one module.
 #[derive(Default)]
-pub(super) struct Taken(HashSet<(usize, String)>);
+pub(super) struct Taken {
+    names: HashSet<(usize, String)>,
+    /// For a block and a name the last number that was tried for it: those before it are taken.
+    last: HashMap<(usize, String), u32>,
+}
 
 impl Taken {
     /// A name that nothing has in any of these blocks, as near to `base` as can be; taken in the first from now on.
     pub fn fresh(&mut self, blocks: &[usize], base: &str) -> String {
-        let free = |name: &str| blocks.iter().all(|&b| !self.0.contains(&(b, name.to_owned())));
+        let free = |name: &str| blocks.iter().all(|&b| !self.names.contains(&(b, name.to_owned())));
         let name = if free(base) {
             base.to_owned()
         } else {
-            (2u32..).map(|n| format!("{base}_{n}")).find(|name| free(name)).unwrap_or_default()
+            let last = self.last.entry((blocks[0], base.to_owned())).or_insert(1);
+            loop {
+                *last += 1;
+                let name = format!("{base}_{last}");
+                if free(&name) {
+                    break name;
+                }
+            }
         };
-        self.0.insert((blocks[0], name.clone()));
+        self.names.insert((blocks[0], name.clone()));
         name
     }
 }

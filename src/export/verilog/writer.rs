@@ -252,7 +252,7 @@ impl<'h> Writer<'h> {
     /// What an expression for an output pin is assigned to; where some of its bits are open, a wire of its own.
     pub fn assign(&mut self, cell: &Cell, pin: usize, expression: &str) {
         let pieces = &cell.outputs[pin];
-        let comment = format!("  // {}", self.netlist.cell(cell.id).name.replace(['\n', '\r'], " "));
+        let comment = format!("  // {}", crate::safe::name(&self.netlist.cell(cell.id).name));
         if let Some(instead) = self.instead.clone() {
             return self.line(format!("assign {instead} = {expression};{comment}"));
         }

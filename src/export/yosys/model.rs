@@ -96,7 +96,7 @@ impl Module {
 }
 
 fn quoted(text: &str) -> String {
-    serde_json::Value::from(text).to_string()
+    crate::safe::json(&serde_json::Value::from(text).to_string()).into_owned()
 }
 
 /// A string attribute or parameter; one that could be taken for bits gets a space.

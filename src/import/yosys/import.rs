@@ -69,6 +69,8 @@ pub(super) struct Import<'f, 'a> {
     pub monitors: Vec<Monitor>,
     origins: Origins,
     plans: Vec<Option<Plan>>,
+    /// The modules by their names; of several of one name the first.
+    modules: HashMap<&'f str, usize>,
     /// What each type is, by its term.
     types: HashMap<Term, Type>,
     /// Inverted bits, by the instance that asks for one and the bit.
@@ -114,6 +116,7 @@ pub fn import(
         monitors: Vec::new(),
         origins: Origins::new(source),
         plans: file.modules.iter().map(|_| None).collect(),
+        modules: file.modules.iter().enumerate().rev().map(|(i, m)| (m.name.as_ref(), i)).collect(),
         types: HashMap::new(),
         inverted: HashMap::new(),
         parameters: IndexMap::new(),
@@ -188,8 +191,8 @@ impl<'f, 'a> Import<'f, 'a> {
         let file = self.file;
         self.types.entry(term).or_insert_with(|| {
             let name = file.terms.text(term);
-            match file.modules.iter().position(|m| m.name == *name) {
-                Some(number) => Type::Module(number),
+            match self.modules.get(name.as_ref()) {
+                Some(&number) => Type::Module(number),
                 None => cells::builtin(name),
             }
         })

@@ -3,7 +3,7 @@
 use super::Origins;
 use crate::cell::CellKind;
 use crate::diag::{Code, Diagnostic, Diagnostics, Sources};
-use crate::netlist::{CellId, Fault, Netlist};
+use crate::netlist::{CellId, Direction, Driver, Fault, Netlist, SignalId};
 
 /// How many loops and floating nets are told.
 const TOLD: usize = 100;
@@ -20,6 +20,7 @@ pub(crate) fn report(
     for fault in faults {
         diagnostics.extend(report.fault(fault));
     }
+    diagnostics.extend(report.shorted());
     diagnostics.extend(report.floating());
     diagnostics.extend(report.loops());
 }
@@ -50,6 +51,36 @@ impl Report<'_> {
         };
         let message = format!("`{}` does not fit together: {message}", self.netlist.cell_path(cell));
         Some(self.at(Diagnostic::new(Code::UnsupportedCell, message), cell, "this cell"))
+    }
+
+    /// Inputs of the circuit that are one net: a module between them hands its input through, and the file, in which a
+    /// bit is one wire whatever its direction, no longer tells them apart.
+    fn shorted(&self) -> Vec<Diagnostic> {
+        let netlist = self.netlist;
+        let mut list: Vec<Diagnostic> = Vec::new();
+        for cell in netlist.cell_ids().filter(|&c| matches!(netlist.cell(c).kind, CellKind::Resolve { .. })) {
+            let inputs = netlist.input(cell, 0).iter().filter_map(|s| match netlist.net(s.net).driver {
+                Driver::Input(signal) if netlist.signal(signal).port == Some(Direction::Input) => Some(signal),
+                _ => None,
+            });
+            let inputs: Vec<SignalId> = inputs.collect();
+            let [first, .., last] = inputs[..] else { continue };
+            if list.len() >= TOLD {
+                break;
+            }
+            let [a, b] = [first, last].map(|s| &netlist.signal(s).name);
+            let message = if a == b {
+                format!("bits of the input `{a}` are one net: something hands one of them through to the other")
+            } else {
+                format!("the inputs `{a}` and `{b}` are one net: something hands one of them through to the other")
+            };
+            let fault = Diagnostic::new(Code::SeveralDrivers, message);
+            let fault = self.origins.of_signal(last).map_or(fault.clone(), |span| fault.at(span, "this input"));
+            list.push(fault.help(
+                "drive the net that both reach by one of them, or keep them apart by a cell: `(* keep *)` a buffer, or `a & 1'b1`",
+            ));
+        }
+        list
     }
 
     /// Nets that are read and that nothing drives.

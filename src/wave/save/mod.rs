@@ -97,8 +97,11 @@ impl View {
                 continue;
             };
             let same = |name: &str| names.iter().any(|(known, _)| known == name);
-            let numbered = (2..).map(|n| format!("{}_{n}", signal.name));
-            let name = std::iter::once(signal.name.clone()).chain(numbered).find(|name| !same(name));
+            // it becomes part of the name of a file
+            let unfit = |c: char| matches!(c, '/' | '\\' | ':') || !crate::safe::is_plain(c);
+            let base: String = signal.name.chars().map(|c| if unfit(c) { '_' } else { c }).take(100).collect();
+            let numbered = (2..).map(|n| format!("{base}_{n}"));
+            let name = std::iter::once(base.clone()).chain(numbered).find(|name| !same(name));
             names.push((name.unwrap_or_default(), values.clone()));
         }
         View { waveform: waveform.to_owned(), timescale, end, signals, names }

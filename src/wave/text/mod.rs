@@ -16,6 +16,7 @@ pub use radix::Radix;
 
 use super::read::{ReadError, ValueKind, Waves};
 use crate::Timescale;
+use crate::safe;
 use crate::value::ValueNames;
 
 /// Columns between a name and its row.
@@ -156,7 +157,7 @@ impl Style {
 #[must_use]
 pub fn margin(traces: &[Trace]) -> usize {
     let indent = |t: &Trace| if t.scope.is_empty() { 0 } else { 2 };
-    traces.iter().map(|t| indent(t) + t.name.chars().count().min(MAX_NAME)).max().unwrap_or(0) + GAP
+    traces.iter().map(|t| indent(t) + safe::name(&t.name).chars().count().min(MAX_NAME)).max().unwrap_or(0) + GAP
 }
 
 impl fmt::Display for Picture<'_> {
@@ -168,18 +169,20 @@ impl fmt::Display for Picture<'_> {
         for trace in self.traces {
             if trace.scope != scope {
                 scope = &trace.scope;
-                self.ink(f, Ink::Scope, scope)?;
+                self.ink(f, Ink::Scope, &safe::name(scope))?;
                 f.write_char('\n')?;
             }
             let indent = if scope.is_empty() { "" } else { "  " };
-            let name = format!("{indent}{}", shorten(&trace.name, MAX_NAME, self.style.signs().cut));
+            let name = format!("{indent}{}", shorten(&safe::name(&trace.name), MAX_NAME, self.style.signs().cut));
             let mut line = format!("{name:margin$}");
             let mut row = self.row(trace);
             while row.pop_if(|(sign, _)| *sign == ' ').is_some() {}
             let mut rest = row.as_slice();
             while let Some(&(_, ink)) = rest.first() {
                 let run = rest.iter().take_while(|cell| cell.1 == ink).count();
-                let text: String = rest[..run].iter().map(|cell| cell.0).collect();
+                // values of strings hold anything; a column stays one
+                let shown = |&(sign, _): &(char, Ink)| if safe::is_plain(sign) { sign } else { '?' };
+                let text: String = rest[..run].iter().map(shown).collect();
                 self.put(&mut line, ink, &text);
                 rest = &rest[run..];
             }
@@ -188,7 +191,7 @@ impl fmt::Display for Picture<'_> {
         if let Some((time, text)) = &self.mark
             && let Some(column) = self.axis.column(*time)
         {
-            let arrow = format!("{} {text}", self.style.signs().mark);
+            let arrow = format!("{} {}", self.style.signs().mark, safe::name(text));
             write!(f, "{:1$}", "", margin + column)?;
             self.ink(f, Ink::Mark, &arrow)?;
             f.write_char('\n')?;
