@@ -9,6 +9,7 @@ use globset::GlobSet;
 use super::args::WaveTextArgs;
 use super::loading::{faults, rendered_from as rendered};
 use super::prepare::circuit_of;
+use super::told::styled;
 use super::{CliError, Out, Status};
 use crate::Timescale;
 use crate::circuit::{Circuit, Limits, Loader};
@@ -109,11 +110,9 @@ pub(super) fn left_out(waves: &Waves, wanted: impl Fn(&str) -> bool) {
     }
 }
 
-/// A sentence without its end, to standard error. Names in it come from a file: none moves the cursor.
+/// A sentence without its end, to standard error. Names in it come from a file.
 fn warn(text: &str) {
-    use std::io::Write;
-    let text: String = text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
-    let _ = writeln!(anstream::stderr().lock(), "\x1b[1;33mwarning\x1b[0m: {text}");
+    styled(&format!("\x1b[1;33mwarning\x1b[0m: {}\n", crate::safe::name(text)));
 }
 
 /// A waveform, or what is below a scope of it.
