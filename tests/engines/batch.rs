@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::support::design::{CLOCKS, Design};
 use crate::support::{Rng, repository};
-use discreta::cell::{CellKind, GateOp};
+use discreta::cell::{CellKind, GateOp, ShiftOp};
 use discreta::circuit::load;
 use discreta::engine::batch::{BatchEngine, Program};
 use discreta::netlist::{Netlist, SignalId};
@@ -171,7 +171,15 @@ fn make_known(design: &mut Design, rng: &mut Rng) {
                 *kind = CellKind::Gate { op: GateOp::Buf, width: 4, inputs: 1 };
                 cell.inputs.truncate(1);
             }
-            CellKind::Flop(f) | CellKind::Latch(f) | CellKind::EdgeFlop(f) => f.init = rng.known(f.init.width()),
+            CellKind::Flop(f) | CellKind::Latch(f) | CellKind::EdgeFlop(f) => {
+                for value in [&mut f.init, &mut f.set_value, &mut f.reset_value] {
+                    *value = rng.known(value.width());
+                }
+            }
+            // of which there is no such form
+            &mut CellKind::Power { width, b_width, .. } => {
+                cell.kind = CellKind::Shift { op: ShiftOp::Left, a_width: width, b_width, width };
+            }
             CellKind::Counter(c) => c.init = rng.known(c.init.width()),
             CellKind::Accumulator(a) => a.init = rng.known(a.init.width()),
             CellKind::Sr { init, .. } => *init = rng.known(1),
