@@ -124,7 +124,7 @@ impl Engine for AutoEngine<'_> {
     fn advance(&mut self, until: u64) -> Result<bool, Unsettled> {
         self.consider();
         let stopped = self.engine_mut().advance(until)?;
-        // without a wave on the way, what was driven still waits
+        // without a phase on the way, what was driven still waits
         self.settled |= stopped;
         Ok(stopped)
     }

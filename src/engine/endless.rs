@@ -1,11 +1,11 @@
-//! When something counts as endless, and what of it keeps changing. All engines go by these numbers, so that all of them
-//! name the same nets (docs/meaning.md, Feedback).
+//! When a loop counts as oscillating, and which of its bits keep changing. All engines use these numbers, so that all of
+//! them name the same nets (docs/meaning.md, Feedback).
 
 use crate::value::Word;
 
-/// Steps of a feedback group after which it counts as endless.
+/// Steps of a combinational loop after which it counts as oscillating.
 pub(super) const STEPS: usize = 1_000_000;
-/// Rounds of clock edges within one wave after which it counts as endless.
+/// Rounds of clock edges within one evaluation phase after which it counts as endless.
 pub(super) const ROUNDS: usize = STEPS + 8;
 /// Rounds after which it is looked whether the state comes back to what it was: no honest circuit has so many.
 pub(super) const HONEST_ROUNDS: usize = 1024;

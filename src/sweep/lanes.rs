@@ -10,7 +10,7 @@ use super::time::Clocks;
 use super::worker::Work;
 use crate::Value;
 use crate::engine::EventEngine;
-use crate::engine::batch::{BatchEngine, LaneSet, Passage, Program};
+use crate::engine::batch::{BatchEngine, Compaction, LaneSet, Program};
 use crate::netlist::{NetId, SignalId};
 
 /// New rows begin when this part of the lanes is free.
@@ -240,23 +240,23 @@ impl<'a> Block<'a> {
             },
         };
         let places: LaneSet = self.running.iter().map(|w| !w).collect();
-        let passage = Passage::new(ready.lanes.start, ready.lanes.len(), &places);
-        if !self.engine.adopt(&from.engine, &passage) {
+        let compaction = Compaction::new(ready.lanes.start, ready.lanes.len(), &places);
+        if !self.engine.adopt(&from.engine, &compaction) {
             return false;
         }
-        ready.lanes.start += passage.lanes();
+        ready.lanes.start += compaction.lanes();
         if empty {
             (self.now, self.clocks) = (ready.time, ready.clocks.clone());
             self.cohorts.clear();
         }
-        for (lane, to) in passage.pairs() {
+        for (lane, to) in compaction.pairs() {
             self.rows[to] = from.rows[lane];
         }
         // those that have ended before are free again
         let mut fresh: LaneSet = vec![0; places.len()];
         let mut ended = fresh.clone();
         let runs = |word: usize| from.running.get(word).copied().unwrap_or(0);
-        passage.carry(runs, |word, mask, bits| (fresh[word], ended[word]) = (bits, mask & !bits));
+        compaction.carry(runs, |word, mask, bits| (fresh[word], ended[word]) = (bits, mask & !bits));
         self.engine.stop(&ended);
         self.running.iter_mut().zip(&fresh).for_each(|(running, fresh)| *running |= fresh);
         self.judge_rows(work, &fresh);

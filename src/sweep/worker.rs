@@ -1,7 +1,7 @@
 //! One worker: takes rows, and has blocks of lanes run them. A lane that is done is free for the next row.
 //!
 //! Rows begin in a block of their own and go over to the others when their clocks stand as those of the others do. Where
-//! there is no known form they begin among the others, which rest: a wave leaves alone what has no reason to change.
+//! there is no known form they begin among the others, which rest: a phase leaves alone what has no reason to change.
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -1,4 +1,5 @@
-//! A destination on a thread of its own: who formats a waveform does not wait for it to be packed and written.
+//! The background writer: a destination on a thread of its own, so that formatting a waveform does not wait until it is
+//! packed and written.
 //!
 //! What is written is handed over in large pieces, in order, so the bytes are those of the destination itself. A fault is
 //! told at the next piece, or at the end.

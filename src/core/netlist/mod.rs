@@ -14,8 +14,8 @@ pub mod hierarchy;
 mod id;
 mod join;
 mod order;
+mod region;
 pub mod stats;
-mod turn;
 mod wires;
 
 use std::sync::{Arc, OnceLock};
@@ -32,8 +32,8 @@ pub use fault::Fault;
 pub use hierarchy::Hierarchy;
 pub use id::{CellId, NetId, ScopeId, SignalId};
 pub use order::{Loop, Order};
+pub use region::{Bit, Region};
 pub use stats::Stats;
-pub use turn::{Bit, Turn};
 
 /// The name of the constants that stand for what nothing drives.
 const UNDRIVEN: &str = "undriven";

@@ -1,8 +1,8 @@
 //! Changes of words over time, packed: what an engine writes down while it goes on, and a waveform reads.
 //!
-//! A record is what one wave has changed. It begins with two numbers, its shape and its tick; then comes a bit for each
-//! field of the shape, the first field's being the highest of the first word, and then the values of the fields whose bit
-//! is 1, in order. What a field is part of is for those to know who gave the shape.
+//! A record is what one evaluation phase has changed. It begins with two numbers, its shape and its tick; then
+//! comes a bit for each field of the shape, the first field's being the highest of the first word, and then the
+//! values of the fields whose bit is 1, in order. What a field is part of is for those to know who gave the shape.
 
 use super::Word;
 

@@ -12,10 +12,10 @@
 
 mod build;
 mod combine;
+mod compaction;
 #[allow(missing_docs, reason = "shared with sweeps alone")]
 mod known;
 mod lanes;
-mod passage;
 mod program;
 mod state;
 
@@ -31,8 +31,8 @@ use crate::netlist::{NetId, Slice};
 use crate::value::Word;
 use crate::value::word::words;
 
+pub use compaction::Compaction;
 pub use known::{Bits, Lit, Logic, Registers, Rules};
-pub use passage::Passage;
 pub use program::Program;
 
 /// The vector extension that is used here.
@@ -165,8 +165,8 @@ impl BatchEngine {
         }
     }
 
-    /// Runs a wave in all lanes until nothing changes. A lane that does not settle is stopped and is from then on among
-    /// the [`unsettled`](BatchEngine::unsettled).
+    /// Runs an evaluation phase in all lanes until nothing changes. A lane that does not settle is stopped
+    /// and is from then on among the [`unsettled`](BatchEngine::unsettled).
     pub fn settle(&mut self) {
         let BatchEngine { program, state, arch } = self;
         if state.known.on && state.settle_known(program, *arch) {
@@ -258,8 +258,8 @@ impl BatchEngine {
 
     /// Takes lanes of another block of the same program, as they stand, if nothing in the lanes of either is x or z, and
     /// says whether it has. Those that run there run here; both have to be settled. The others here are left as they are.
-    pub fn adopt(&mut self, from: &BatchEngine, passage: &Passage) -> bool {
-        self.state.adopt(&self.program, self.arch, &from.state, passage)
+    pub fn adopt(&mut self, from: &BatchEngine, compaction: &Compaction) -> bool {
+        self.state.adopt(&self.program, self.arch, &from.state, compaction)
     }
 
     /// The number of a bit, for [`differ_from`](BatchEngine::differ_from).
@@ -285,7 +285,7 @@ impl BatchEngine {
     }
 }
 
-/// A wave, compiled for each vector extension: what is not inlined into it would not be.
+/// An evaluation phase, compiled for each vector extension: what is not inlined into it would not be.
 struct Settle<'a> {
     program: &'a Program,
     state: &'a mut State,

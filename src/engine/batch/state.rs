@@ -1,4 +1,4 @@
-//! A block of lanes, and one wave in all of them: as in the event engine, but what one lane does all do.
+//! A block of lanes, and one evaluation phase in all of them: as in the event engine, but what one lane does all do.
 
 use super::combine::Seen;
 use super::known::Known;
@@ -7,7 +7,7 @@ use super::program::Program;
 use crate::cell::CellKind;
 use crate::value::Word;
 
-/// Steps of a feedback group, and rounds of clock edges within a wave, after which a lane that has not settled is left
+/// Steps of a feedback group, and rounds of clock edges within a phase, after which a lane that has not settled is left
 /// to the event engine, which can tell whether it ever will.
 const PATIENCE: usize = 256;
 
@@ -133,7 +133,7 @@ impl State {
         self.lowest = 0;
     }
 
-    /// One wave: until nothing changes in any lane that runs.
+    /// One evaluation phase: until nothing changes in any lane that runs.
     #[inline(always)]
     pub fn settle(&mut self, p: &Program) {
         for _ in 0..PATIENCE {

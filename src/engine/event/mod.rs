@@ -1,10 +1,11 @@
 //! The event engine: the reference. Four-valued, any clocking, feedback, delays.
 //!
-//! Operations stand in evaluation order and a change marks its readers in a bit set, so within a wave every operation
-//! outside a feedback loop runs at most once and after all that it reads. Loops are iterated in steps in which all
-//! members see the values before the step, so no result depends on the order of cells. `program` holds the netlist in
-//! arrays; `build`, `operands`, `stores` and `link` make it; `eval` runs one operation, `settle` one wave, `queue` keeps
-//! what is to come; `memory` is what memories need of all of these; `size` counts bytes.
+//! Operations stand in evaluation order and a change marks its readers in a bit set, so within a phase every
+//! operation outside a feedback loop runs at most once and after all that it reads. Loops are iterated in steps in
+//! which all members see the values before the step, so no result depends on the order of cells. `program` holds
+//! the netlist in arrays; `build`, `operands`, `stores` and `link` make it; `eval` runs one operation, `settle` one
+//! evaluation phase, `queue` keeps what is to come; `memory` is what memories need of all of these; `size` counts
+//! bytes.
 
 mod build;
 mod eval;
@@ -146,7 +147,7 @@ impl EventEngine {
         self.state.put(&self.program, slot, Word::known(u64::from(high)));
     }
 
-    /// One wave, and what it leaves to the future.
+    /// One evaluation phase, and what it leaves to the future.
     fn wave(&mut self) -> Result<(), Unsettled> {
         self.started = true;
         self.state.settle(&self.program).map_err(|loop_| self.unsettled(loop_))?;

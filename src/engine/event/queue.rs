@@ -166,7 +166,7 @@ impl Queue {
                 CellKind::Delay { ticks, .. } => {
                     let due = now.saturating_add(ticks);
                     if line.times.back() == Some(&due) {
-                        // a second wave at the same tick replaces the first
+                        // a second phase at the same tick replaces the first
                         line.values.truncate(line.values.len() - line.scratch.len());
                     } else {
                         line.times.push_back(due);

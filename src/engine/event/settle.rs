@@ -1,5 +1,5 @@
-//! One wave: combinational operations settle, then storage cells whose clock made its edge sample together, and again
-//! until nothing changes.
+//! One evaluation phase: combinational operations settle, then storage cells whose clock made its edge sample
+//! together, and again until nothing changes.
 
 use super::eval::{State, bit_of};
 use super::program::Program;
@@ -7,7 +7,7 @@ use crate::cell::memory::merged;
 use crate::endless;
 use crate::value::Word;
 
-/// A wave that does not end.
+/// An evaluation phase that does not end.
 #[derive(Debug, Default)]
 pub(super) struct Oscillation {
     /// Slots that keep changing.
@@ -163,7 +163,7 @@ impl State {
         Oscillation { slots, clocked: false }
     }
 
-    /// All that decides how a wave goes on once the cells have sampled.
+    /// All that decides how a phase goes on once the cells have sampled.
     fn sampled(&self) -> Sampled {
         (self.slots.clone(), self.staged.clone(), self.memories.parts.clone())
     }

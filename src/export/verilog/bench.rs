@@ -1,8 +1,8 @@
 //! The test bench: a scenario in Verilog, with every instant in the order that a circuit's meaning has
 //! (`docs/meaning.md`): first the clocks and the delays, and when nothing moves any more the stimulus.
 //!
-//! All inputs change by nonblocking assignments, as what is clocked does, so none comes before another of its wave. The
-//! second wave waits until as many rounds of such assignments are over as the first can have.
+//! All inputs change by nonblocking assignments, as what is clocked does, so none comes before another of its
+//! phase. The second phase waits until as many rounds of such assignments are over as the first can have.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -153,7 +153,7 @@ impl Bench<'_> {
         let (netlist, scenario) = (self.design.netlist, self.scenario);
         let last = identifier(&taken.fresh(&[0], "last"));
         let finish = identifier(&taken.fresh(&[0], "finish"));
-        // after both waves of the instant
+        // after both phases of the instant
         let _ = writeln!(text, "\n    reg {last} = 1'b0;\n    task {finish};");
         let _ = writeln!(text, "        begin");
         let _ = writeln!(text, "            repeat ({}) begin", 3 * rounds);

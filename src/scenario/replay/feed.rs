@@ -2,7 +2,7 @@
 
 use super::{Driven, Lane, Replay};
 use crate::engine::Engine;
-use crate::netlist::Turn;
+use crate::netlist::Region;
 use crate::value::Word;
 use crate::value::word::words;
 use crate::wave::play::Player;
@@ -16,8 +16,8 @@ pub struct Feed<'r> {
     changed: Vec<usize>,
     /// For each unit whether a clock of it changes at the present tick.
     clocked: Vec<bool>,
-    /// The turns of this tick that are still to come.
-    rest: Vec<Turn>,
+    /// The regions of this tick that are still to come.
+    rest: Vec<Region>,
 }
 
 /// An input.
@@ -86,42 +86,42 @@ impl<'r> Feed<'r> {
     pub fn drive_first(&mut self, engine: &mut dyn Engine, all: bool) {
         self.rest.clear();
         if all {
-            for turn in Turn::ALL {
-                self.drive(engine, turn);
+            for region in Region::ALL {
+                self.drive(engine, region);
             }
-        } else if self.drive(engine, Turn::Clock) {
-            self.rest.extend([Turn::Strobe, Turn::Data]);
+        } else if self.drive(engine, Region::Clock) {
+            self.rest.extend([Region::Strobe, Region::Data]);
         } else {
-            self.drive(engine, Turn::Strobe);
-            self.rest.push(Turn::Data);
+            self.drive(engine, Region::Strobe);
+            self.rest.push(Region::Data);
         }
     }
 
     /// Gives the engine the other changes. Returns whether there are any.
     pub fn drive_rest(&mut self, engine: &mut dyn Engine) -> bool {
         let mut any = false;
-        for turn in std::mem::take(&mut self.rest) {
-            any |= self.drive(engine, turn);
+        for region in std::mem::take(&mut self.rest) {
+            any |= self.drive(engine, region);
         }
         any
     }
 
-    /// Gives the engine what changes in one turn. Returns whether there is anything.
-    fn drive(&mut self, engine: &mut dyn Engine, turn: Turn) -> bool {
+    /// Gives the engine what changes in one region. Returns whether there is anything.
+    fn drive(&mut self, engine: &mut dyn Engine, region: Region) -> bool {
         let mut any = false;
         for &i in &self.changed {
             let (driven, input) = (&self.replay.inputs[i], &mut self.inputs[i]);
             // one assignment changes all bits of a vector at once
             let whole = self.replay.units.as_ref().map(|units| match self.clocked[driven.unit] {
-                true => units[driven.unit].turn == turn,
-                false => turn == Turn::Data,
+                true => units[driven.unit].region == region,
+                false => region == Region::Data,
             });
             let mut changes = false;
             for ((given, new), clocks) in input.given.iter_mut().zip(&input.value).zip(&driven.clocks) {
-                let mask = match (whole, turn) {
+                let mask = match (whole, region) {
                     (Some(true), _) => u64::MAX,
-                    (None, Turn::Clock) => *clocks,
-                    (None, Turn::Data) => !clocks,
+                    (None, Region::Clock) => *clocks,
+                    (None, Region::Data) => !clocks,
                     _ => 0,
                 };
                 let word = Word { v: given.v & !mask | new.v & mask, u: given.u & !mask | new.u & mask };

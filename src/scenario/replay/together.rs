@@ -4,7 +4,7 @@
 use std::collections::{BTreeSet, HashMap};
 
 use super::Driven;
-use crate::netlist::{Bit, Netlist, Turn};
+use crate::netlist::{Bit, Netlist, Region};
 use crate::value::word::words;
 use crate::wave::play::Tracks;
 use crate::wave::read::Waves;
@@ -13,7 +13,7 @@ use crate::wave::read::Waves;
 #[derive(Debug)]
 pub(super) struct Unit {
     /// When it changes if one of its clocks does; with the data otherwise.
-    pub turn: Turn,
+    pub region: Region,
 }
 
 /// What is found of the inputs.
@@ -94,11 +94,12 @@ pub(super) fn together(
         driven.clocks = mask(driven, |bit| clocks.contains(&bit));
     }
     let several = bits.iter().filter(|bits| !bits.is_disjoint(&clocks)).count() > 1;
-    let turn = |bits: &BTreeSet<Bit>| match several && !bits.is_disjoint(&clocks) && netlist.sampled_by_another(bits) {
-        true => Turn::Strobe,
-        false => Turn::Clock,
+    let region = |bits: &BTreeSet<Bit>| match several && !bits.is_disjoint(&clocks) && netlist.sampled_by_another(bits)
+    {
+        true => Region::Strobe,
+        false => Region::Clock,
     };
-    Together { units: bits.iter().map(|bits| Unit { turn: turn(bits) }).collect(), ambiguous }
+    Together { units: bits.iter().map(|bits| Unit { region: region(bits) }).collect(), ambiguous }
 }
 
 /// Those bits of an input for which something holds, as a mask of its words.

@@ -21,8 +21,8 @@ use std::sync::Arc;
 
 use pulp::Arch;
 
+use super::compaction::Compaction;
 use super::lanes::{Chunk, Four, LANES};
-use super::passage::Passage;
 use super::program::Program;
 use super::state::State;
 use crate::netlist::NetId;
@@ -114,7 +114,7 @@ impl State {
     }
 
     /// Takes lanes of another block, which is in the known form too, as they stand: those that run there run here.
-    pub fn adopt(&mut self, p: &Program, arch: Arch, from: &State, passage: &Passage) -> bool {
+    pub fn adopt(&mut self, p: &Program, arch: Arch, from: &State, compaction: &Compaction) -> bool {
         let Some(layout) = &p.known else { return false };
         if !self.known.on {
             self.enter(p);
@@ -124,10 +124,10 @@ impl State {
         }
         let chunks = self.planes.chunks;
         for &bit in &layout.sources {
-            carry(passage, from.planes.values(bit), self.planes.values(bit));
+            carry(compaction, from.planes.values(bit), self.planes.values(bit));
         }
         let runs = |word: usize| from.active.get(word / WORDS).map_or(0, |chunk| chunk.0[word % WORDS]);
-        passage.carry(runs, |word, mask, bits| {
+        compaction.carry(runs, |word, mask, bits| {
             let active = &mut self.active[word / WORDS].0[word % WORDS];
             *active = *active & !mask | bits;
             self.unsettled[word / WORDS].0[word % WORDS] &= !mask;
@@ -201,9 +201,9 @@ impl State {
 const WORDS: usize = LANES / 64;
 
 /// Moves lanes of a plane to another.
-fn carry(passage: &Passage, from: &[Cell<Chunk>], to: &[Cell<Chunk>]) {
+fn carry(compaction: &Compaction, from: &[Cell<Chunk>], to: &[Cell<Chunk>]) {
     let word = |word: usize| from.get(word / WORDS).map_or(0, |chunk| chunk.get().0[word % WORDS]);
-    passage.carry(word, |word, mask, bits| {
+    compaction.carry(word, |word, mask, bits| {
         let place = &to[word / WORDS];
         let mut chunk = place.get();
         chunk.0[word % WORDS] = chunk.0[word % WORDS] & !mask | bits;

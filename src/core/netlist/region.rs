@@ -6,9 +6,9 @@ use super::graph::Graph;
 use super::{CellId, Driver, NetId, Netlist, Slice};
 use crate::cell::{CellKind, Role};
 
-/// When, among the inputs that change at one time, one takes effect.
+/// A scheduling region: when, among the inputs that change at one time, one takes effect.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash)]
-pub enum Turn {
+pub enum Region {
     /// First: clocks.
     Clock,
     /// What is a clock to some cells, and what cells of another clock sample as data: with the data if a clock changes
@@ -18,9 +18,9 @@ pub enum Turn {
     Data,
 }
 
-impl Turn {
-    /// Every turn.
-    pub const ALL: [Turn; 3] = [Turn::Clock, Turn::Strobe, Turn::Data];
+impl Region {
+    /// Every region, in the order in which they take effect.
+    pub const ALL: [Region; 3] = [Region::Clock, Region::Strobe, Region::Data];
 }
 
 /// A bit of a net.

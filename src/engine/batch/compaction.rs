@@ -1,8 +1,8 @@
-//! Lanes that go from one block to free places of another: which, and how 64 of them are moved at once.
+//! Lane compaction: lanes that move from one block to free places of another, 64 at once.
 
-/// Some lanes of a block that follow each other, and where they go.
+/// Consecutive lanes of one block, and their new places in another.
 #[derive(Clone, Debug)]
-pub struct Passage {
+pub struct Compaction {
     first: usize,
     words: Vec<Places>,
     lanes: usize,
@@ -20,23 +20,23 @@ struct Places {
     moves: [u64; 6],
 }
 
-impl Passage {
+impl Compaction {
     /// Moves up to `most` lanes, from lane `first` on, to places of a set, lowest first.
     #[must_use]
-    pub fn new(first: usize, most: usize, places: &[u64]) -> Passage {
-        let mut passage = Passage { first, words: Vec::new(), lanes: 0 };
+    pub fn new(first: usize, most: usize, places: &[u64]) -> Compaction {
+        let mut compaction = Compaction { first, words: Vec::new(), lanes: 0 };
         for (word, &free) in places.iter().enumerate() {
             let mut mask = free;
-            let room = most - passage.lanes;
+            let room = most - compaction.lanes;
             while mask.count_ones() as usize > room {
                 mask &= !(1 << (63 - mask.leading_zeros()));
             }
             if mask != 0 {
-                passage.words.push(Places { word, mask, before: passage.lanes, moves: moves(mask) });
-                passage.lanes += mask.count_ones() as usize;
+                compaction.words.push(Places { word, mask, before: compaction.lanes, moves: moves(mask) });
+                compaction.lanes += mask.count_ones() as usize;
             }
         }
-        passage
+        compaction
     }
 
     /// How many lanes are moved.
@@ -113,18 +113,18 @@ mod tests {
             let from: Vec<u64> = (0..4).map(|_| random()).collect();
             let places: Vec<u64> = (0..3).map(|_| [random(), random() & random(), u64::MAX, 0][round % 4]).collect();
             let first = (random() % 100) as usize;
-            let passage = Passage::new(first, (random() % 150) as usize, &places);
+            let compaction = Compaction::new(first, (random() % 150) as usize, &places);
             let old: Vec<u64> = (0..3).map(|_| random()).collect();
             let mut to = old.clone();
-            passage.carry(|word| from[word], |word, mask, bits| to[word] = to[word] & !mask | bits);
+            compaction.carry(|word| from[word], |word, mask, bits| to[word] = to[word] & !mask | bits);
             let mut expected = old;
-            for (from_lane, lane) in passage.pairs() {
+            for (from_lane, lane) in compaction.pairs() {
                 assert_eq!(places[lane / 64] >> (lane % 64) & 1, 1);
                 let bit = from[from_lane / 64] >> (from_lane % 64) & 1;
                 expected[lane / 64] = expected[lane / 64] & !(1 << (lane % 64)) | bit << (lane % 64);
             }
             assert_eq!(to, expected);
-            assert_eq!(passage.pairs().count(), passage.lanes());
+            assert_eq!(compaction.pairs().count(), compaction.lanes());
         }
     }
 }
