@@ -40,6 +40,7 @@ pub mod view;
 pub mod wave;
 mod waveforms;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -70,7 +71,7 @@ const TROUBLE: u8 = 2;
 
 /// Runs the command as it was typed.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match Cli::try_parse_from(asked(std::env::args_os().collect())) {
         Ok(cli) => cli,
         // Also help and version, which are printed to standard output and are no error.
         Err(error) => {
@@ -97,6 +98,15 @@ pub fn main() -> ExitCode {
         Ok(Status::Failed) => ExitCode::FAILURE,
         Err(error) => report(&error),
     }
+}
+
+/// The command line with `help COMMAND`, as many programs have it, in place of which this one has `COMMAND --help`.
+fn asked(mut words: Vec<OsString>) -> Vec<OsString> {
+    if words.get(1).is_some_and(|word| word == "help") {
+        words.remove(1);
+        words.push("--help".into());
+    }
+    words
 }
 
 fn dispatch(command: &Command, out: &mut Out) -> Result<Status, CliError> {

@@ -27,10 +27,9 @@ pub(super) fn sampled(waves: &mut Waves, args: &CoordinateArgs) -> Result<Vec<Re
 /// # Errors
 /// As [`sampled`].
 pub(super) fn readings(waves: &mut Waves, args: &CoordinateArgs) -> Result<Vec<Vec<Reached>>, CliError> {
-    let clock = changes(waves, args.dt.as_deref().unwrap_or("dt"), "--dt")?;
+    let mut edges = edges(waves, args)?;
+    edges.push(u64::MAX);
     let nets = nets(waves, args)?;
-    let rising = clock.windows(2).filter(|pair| pair[1].1 == "1" && pair[0].1 != "1").map(|pair| pair[1].0);
-    let edges: Vec<u64> = rising.chain([u64::MAX]).collect();
     if args.signed {
         return Ok(vec![points(&nets, edges.into_iter(), true)?]);
     }
@@ -43,6 +42,15 @@ pub(super) fn readings(waves: &mut Waves, args: &CoordinateArgs) -> Result<Vec<V
         Ordering::Greater => vec![signed],
         Ordering::Equal => vec![plain, signed],
     })
+}
+
+/// The leading edges of the clock.
+///
+/// # Errors
+/// As [`sampled`].
+pub(super) fn edges(waves: &mut Waves, args: &CoordinateArgs) -> Result<Vec<u64>, CliError> {
+    let clock = changes(waves, args.dt.as_deref().unwrap_or("dt"), "--dt")?;
+    Ok(clock.windows(2).filter(|pair| pair[1].1 == "1" && pair[0].1 != "1").map(|pair| pair[1].0).collect())
 }
 
 /// How often a path of coordinates so wide goes further along an axis than an interpolator steps.

@@ -1,26 +1,28 @@
 //! `discreta view`: a page that shows a circuit, or a waveform, at work.
 
 use std::collections::HashMap;
-use std::io::Write as _;
+use std::io::{self, Write as _};
 use std::path::Path;
 
 use super::args::{CoordinateArgs, ViewArgs};
 use super::loading::{faults, loader};
 use super::prepare::{Changes, Prepared, prepare};
 use super::report::Report;
-use super::sample::{moved, sampled};
+use super::sample::{edges, moved, sampled};
 use super::simulate::simulate;
 use super::wave::{left_out, opened};
 use super::{CliError, Out, Status, interrupt};
 use crate::draw;
 use crate::interpolate::Ideal;
 use crate::netlist::Direction;
+use crate::value::Word;
 use crate::view::Page;
 use crate::view::pack::{About, MAX_CHANGES, PackError, Signals};
 use crate::view::route::{Reached, Route, followed};
 use crate::wave::output::{Destination, Output};
 use crate::wave::read::Waves;
 use crate::wave::vcd::VcdWriter;
+use crate::wave::{Batches, Layout, Sink};
 
 /// Runs the command.
 ///
@@ -89,17 +91,18 @@ fn of_circuit(args: &ViewArgs) -> Result<(Page, Status), CliError> {
     }
     interrupt::watch();
     let mut loader = loader(&args.elaboration)?;
-    // wires show what they have, so all of them are recorded
-    let all = ["**".to_owned()];
-    let trace = if args.trace.is_empty() { &all[..] } else { &args.trace };
-    let changes = Changes::of(&args.elaboration, &args.scenario, trace);
+    let changes = Changes::of(&args.elaboration, &args.scenario, &args.trace);
     let prepared = prepare(&mut loader, &args.what, &changes);
     let mut prepared = faults(&mut loader, prepared)?;
+    if args.trace.is_empty() {
+        // wires show what they have, so all of them are recorded
+        prepared.scenario.trace = prepared.circuit.netlist.signal_ids().collect();
+    }
 
     // the reader wants a file
     let held = tempfile::Builder::new().suffix(".vcd").tempfile();
     let held = held.map_err(|source| CliError::Io { message: "cannot keep the waveform".to_owned(), source })?;
-    let mut sink = VcdWriter::new(Output::create(held.path())?);
+    let mut sink = Numbered(VcdWriter::new(Output::create(held.path())?));
     let (outcome, difference) = simulate(&mut prepared, &loader, &args.engine, Some(&mut sink), "running")?;
     drop(sink);
     let difference = difference.as_ref();
@@ -112,6 +115,14 @@ fn of_circuit(args: &ViewArgs) -> Result<(Page, Status), CliError> {
 
     let mut waves = Waves::open(held.path())?;
     let netlist = &prepared.circuit.netlist;
+    let top = netlist.scopes().first().map_or("", |scope| scope.name.as_str());
+    waves.rename(|numbered| {
+        let number: usize = numbered.rsplit_once(NUMBERED)?.1.parse().ok()?;
+        let signal = *prepared.scenario.trace.get(number)?;
+        let path = format!("{top}.{}", netlist.signal_path(signal));
+        let scopes = path.len() - netlist.signal(signal).name.len() - 1;
+        Some((path, scopes))
+    });
     let about = about(&prepared);
     let signals = packed(&mut waves, |name| about.get(name).cloned().unwrap_or_default())?;
     let mut coordinates = args.coordinates.clone();
@@ -127,6 +138,42 @@ fn of_circuit(args: &ViewArgs) -> Result<(Page, Status), CliError> {
         signals,
     };
     Ok((page, report.status()))
+}
+
+/// What names begin with that are numbers.
+const NUMBERED: &str = ".v";
+
+/// Hands on a waveform whose variables are called by their numbers: a reader takes brackets, dots and backslashes in names
+/// for more than a part of them, and the schematic calls a net what it is.
+struct Numbered<S>(S);
+
+impl<S: Sink> Sink for Numbered<S> {
+    fn begin(&mut self, layout: &Layout) -> io::Result<()> {
+        let mut layout = layout.clone();
+        for (i, scope) in layout.scopes.iter_mut().enumerate() {
+            scope.name = format!("s{i}");
+        }
+        for (i, var) in layout.vars.iter_mut().enumerate() {
+            var.name = format!("{}{i}", &NUMBERED[1..]);
+        }
+        self.0.begin(&layout)
+    }
+
+    fn time(&mut self, now: u64) -> io::Result<()> {
+        self.0.time(now)
+    }
+
+    fn change(&mut self, var: usize, value: &[Word]) {
+        self.0.change(var, value);
+    }
+
+    fn batches(&mut self) -> Option<&mut dyn Batches> {
+        self.0.batches()
+    }
+
+    fn finish(&mut self, end: u64) -> io::Result<()> {
+        self.0.finish(end)
+    }
 }
 
 /// What the circuit says of its signals, by their full names in a waveform.
@@ -183,7 +230,11 @@ fn route(waves: &mut Waves, args: &ViewArgs, given: &CoordinateArgs) -> Result<O
         }
         _ => followed(axes, &points),
     };
-    Ok(Route::new(axes, unit, &points, ideal))
+    let mut route = Route::new(axes, unit, &points, ideal);
+    if let Some(route) = route.as_mut().filter(|_| unit == "clock") {
+        route.clocks = edges(waves, &coordinates)?;
+    }
+    Ok(route)
 }
 
 /// How often a path leaves a point.

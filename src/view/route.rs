@@ -27,8 +27,11 @@ pub struct Route {
     pub axes: usize,
     /// What a point is the end of: a `clock`, or a `step` where no clock tells them apart.
     pub unit: &'static str,
-    /// The tick of each point.
+    /// The tick of each point: when the coordinates came to it, which in idle clocks is long before.
     pub times: Vec<u64>,
+    /// The leading edge of each clock, where a clock tells the points apart.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub clocks: Vec<u64>,
     /// The points, along one axis after the other.
     pub points: [Vec<i64>; 3],
     /// Points of the ideal curve; none if it is not known.
@@ -62,6 +65,7 @@ impl Route {
             axes,
             unit,
             times: points.iter().map(|p| p.time).collect(),
+            clocks: Vec::new(),
             points: [along(0), along(1), along(2)],
             off: ideal.as_ref().map(off).unwrap_or_default(),
             ideal: ideal.as_ref().map(curve).map(rounded).unwrap_or_default(),

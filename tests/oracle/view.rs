@@ -262,10 +262,74 @@ fn every_shipped_circuit_opens() {
     let (seen, errors) = browse_all(folder.path(), &pages, DRIVE);
     assert!(errors.is_empty(), "{errors:?}");
     assert_eq!(seen.len(), circuits.len());
+    let mut counted = 0;
     for (seen, circuit) in seen.iter().zip(&circuits) {
         assert_eq!(seen["errors"], Json::Array(Vec::new()), "{}", circuit.display());
         assert!(seen["wires"].as_u64().unwrap() > 0, "{} has no wire with a value", circuit.display());
+        counted += clocks(seen, circuit, folder.path());
     }
+    assert!(counted > 1000, "{counted} clock numbers");
+}
+
+/// The clock that a page names at a time is how often `dt` has risen in the waveform until then. How many were looked at.
+fn clocks(seen: &Json, circuit: &Path, folder: &Path) -> usize {
+    let said: Vec<(u64, u64)> = seen["steps"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|step| {
+            let number = step["say"].as_str()?.strip_prefix("clock ")?.split_once(':')?.0.parse().unwrap();
+            Some((step["time"].as_u64()?, number))
+        })
+        .collect();
+    if said.is_empty() {
+        return 0;
+    }
+    let vcd = folder.join("clocks.vcd");
+    run(&["run", circuit.to_str().unwrap(), "-o", vcd.to_str().unwrap()]);
+    let signals = signals(&vcd);
+    let dt = signals.iter().filter(|(name, _)| name.ends_with(".dt")).min_by_key(|(name, _)| name.matches('.').count());
+    let (_, changes) = dt.unwrap().1;
+    for &(time, number) in &said {
+        let rises = changes.windows(2).filter(|pair| pair[1].0 <= time && pair[0].1 != "1" && pair[1].1 == "1").count();
+        assert_eq!(number, rises as u64, "{} at {time}", circuit.display());
+    }
+    said.len()
+}
+
+const NEVER_KNOWN: &str = "module t(input clk, input d, output reg q, output reg r);\n\
+    reg p; // never anything but x\n\
+    wire [3:0] \\odd[0:0] ; assign \\odd[0:0] = {3'b010, d ^ clk};\n\
+    always @(posedge clk) begin p <= p ^ d; q <= (p ^ d) & ~q; r <= ^\\odd[0:0] ; end\nendmodule\n";
+
+/// A wire that only a tool has named has its value on the schematic: an x is never grey as a 0 is.
+#[needs(chromium, yosys)]
+#[test]
+fn made_up_nets_have_their_values() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::write(path("t.v"), NEVER_KNOWN).unwrap();
+    let script = format!("read_verilog {}; prep; write_json {}", path("t.v"), path("t.json"));
+    assert!(Command::new("yosys").args(["-q", "-p", &script]).status().unwrap().success());
+    let line = ["view", &path("t.json"), "--clock", "clk=10ns", "-s", "d=1", "--cycles", "5", "-o", &path("t.html")];
+    assert_eq!(run(&line).0, 0);
+    let (seen, errors) = browse(folder.path(), "t.html", DRIVE);
+    assert!(errors.is_empty(), "{errors:?}");
+    let (mut unknown, mut odd) = (0, 0);
+    for step in seen["steps"].as_array().unwrap() {
+        for wire in step["wires"].as_array().unwrap() {
+            let [net, text, class] = [0, 2, 3].map(|i| wire[i].as_str().unwrap());
+            let states: Vec<&str> =
+                class.split(' ').filter(|c| ["v0", "v1", "vx", "vz", "vbus", "vnone"].contains(c)).collect();
+            assert_eq!(states.len(), 1, "{net} is {class}");
+            if net == "p" || net == "$0\\p[0:0]" {
+                assert_eq!((text, states[0]), ("x", "vx"), "{net}");
+                unknown += usize::from(net != "p");
+            }
+            odd += usize::from(net == "odd[0:0]" && text == "1");
+        }
+    }
+    assert!(unknown > 5 && odd > 0, "{unknown} x of made-up nets, {odd} of odd names");
 }
 
 /// A hundred thousand changes and more: a frame is made in well under the time of one.

@@ -602,3 +602,22 @@ fn what_the_command_line_sets_holds() {
         "{err}"
     );
 }
+
+/// `help COMMAND` is `COMMAND --help`, and what the help of `draw` names is there.
+#[test]
+fn help_is_given_as_it_is_asked_for() {
+    for command in [&["run"][..], &["draw"], &[]] {
+        let help = run(&[command, &["--help"]].concat());
+        assert_eq!((help.0, help.2.as_str()), (0, ""));
+        assert_eq!(run(&[&["help"], command].concat()), help);
+    }
+    assert_eq!(run(&["help", "rum"]).0, 2);
+    let (_, help, _) = run(&["draw", "--help"]);
+    let examples: Vec<&str> = help.lines().filter(|line| line.starts_with("  discreta draw ")).collect();
+    assert!(examples.len() >= 4, "{help}");
+    for example in examples {
+        let line = example.trim().trim_start_matches("discreta ").split(" -o ").next().unwrap();
+        let (status, out, err) = run(&line.split(' ').collect::<Vec<_>>());
+        assert!(status == 0 && out.contains("<svg"), "{example}: {err}");
+    }
+}

@@ -13,7 +13,7 @@ Examples:
   discreta draw circuits/evaluation/line.json -o line.svg
   discreta draw circuits/evaluation/line_gates.json --depth 1 -o line_gates.svg
         the instances of the top module are opened; those within them are boxes
-  discreta draw circuits/evaluation/line_gates.json --module full_adder_gates -o full_adder.svg
+  discreta draw circuits/evaluation/line_gates.json --module counter_gates -o counter.svg
         one module by itself
   discreta draw circuits/lib/arithmetic.json --top adder_gates -p W=4 -o adder.svg
 

@@ -19,6 +19,10 @@ class Route {
   get index() {
     return Math.max(countUpTo(this.data.times, this.cursor.time) - 1, 0);
   }
+  /// How many clocks have begun, or steps been made.
+  get number() {
+    return this.data.clocks ? countUpTo(this.data.clocks, this.cursor.time) : this.index;
+  }
   resize() {
     const box = this.canvas.parentElement.getBoundingClientRect();
     this.width = box.width;
@@ -128,7 +132,7 @@ class Route {
     const names = ["x", "y", "z"].slice(0, data.axes);
     const at = names.map((name, axis) => `${name} = ${data.points[axis][index]}`).join(", ");
     const off = data.off.length ? `, ${(Math.abs(data.off[index]) / 1000).toFixed(2)} BLU off the ideal curve` : "";
-    this.say.textContent = `${data.unit} ${index}: ${at}${off}`;
+    this.say.textContent = `${data.unit} ${this.number}: ${at}${off}`;
   }
 
   draw() {

@@ -15,10 +15,16 @@ class Schematic {
     this.wires = [];
     if (!this.svg) return;
     const top = this.svg.dataset.top ?? "";
-    for (const group of this.svg.querySelectorAll("g.net[data-net]")) {
+    for (const group of this.svg.querySelectorAll("g.net")) {
       const name = group.dataset.net;
-      const signal = cursor.trace.names.get(top ? `${top}.${name}` : name);
-      if (!signal || signal.kind !== "bits") continue;
+      const signal = name && cursor.trace.names.get(top ? `${top}.${name}` : name);
+      if (!signal || signal.kind !== "bits") {
+        // nothing may pass for 0
+        group.classList.add("vnone");
+        const title = group.querySelector(":scope > title");
+        if (title) title.textContent += ": not recorded";
+        continue;
+      }
       const whole = `${signal.width - 1}:0`;
       const range = group.dataset.bits === whole || signal.width === 1 ? "" : group.dataset.bits ?? "";
       const title = document.createElementNS("http://www.w3.org/2000/svg", "title");
