@@ -48,14 +48,14 @@ impl Waves {
 
     /// Gives variables other names: the full one, and how much of it is scopes.
     pub fn rename(&mut self, name: impl Fn(&str) -> Option<(String, usize)>) {
-        for var in &mut self.vars {
+        for var in &mut self.names.vars {
             if let Some((name, scopes)) = name(&var.name) {
                 var.scopes = if scopes == 0 { 0 } else { scopes as u32 + 1 };
                 var.stem = name.len() as u32;
                 var.name = name;
             }
         }
-        self.index = self.vars.iter().enumerate().rev().map(|(i, var)| (var.name.clone(), i)).collect();
+        self.names.index = self.names.vars.iter().enumerate().rev().map(|(i, var)| (var.name.clone(), i)).collect();
     }
 
     /// The scope below which most variables have the names that another waveform has below `scope`, the top among them;
