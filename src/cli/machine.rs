@@ -332,6 +332,12 @@ impl See for ToOut<'_> {
         }
     }
 
+    fn wait(&mut self, seconds: f64) {
+        if let Some(picture) = &mut self.seen.picture {
+            picture.wait(seconds);
+        }
+    }
+
     fn block(&mut self, drawn: &Drawn<'_>) -> io::Result<()> {
         if let Some(buffer) = &mut self.seen.csv {
             buffer.clear();

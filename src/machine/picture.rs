@@ -135,6 +135,12 @@ impl Picture {
         self.commanded = plan.speed(self.rapid_speed) * self.seconds;
     }
 
+    /// Nothing moves for some seconds, which are no part of a speed.
+    pub fn wait(&mut self, seconds: f64) {
+        let ticks = (seconds / self.seconds).round().max(0.0) as u64;
+        self.now = self.now.map(|now| now.saturating_add(ticks));
+    }
+
     /// A clock of it.
     pub fn clock(&mut self, point: &Point) {
         let mm = self.begun + point.along * self.mm_per_blu;

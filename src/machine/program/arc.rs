@@ -120,7 +120,7 @@ impl Request<'_> {
         let centers = [self.block.get(CENTERS[first]), self.block.get(CENTERS[second])];
         let turns = self.turns()?;
         match (self.block.get(b'R'), centers) {
-            (Some(r), [None, None]) => self.from_radius(r, turns),
+            (Some(r), [None, None]) => self.with_radius(r, turns),
             (None, [None, None]) => Err(Fault::new(Code::BadArc, self.place(), "an arc without centre or radius")
                 .help(format!(
                     "give the centre with {} and {}, counted from the start point, or the radius with R",
@@ -129,7 +129,7 @@ impl Request<'_> {
                 ))),
             (Some(r), _) => Err(Fault::new(Code::BadArc, r.at.clone(), "an arc with both a centre and a radius")
                 .help("take R out, or the words of the centre")),
-            (None, centers) => self.from_center(centers, turns, warnings),
+            (None, centers) => self.around_center(centers, turns, warnings),
         }
     }
 
@@ -155,7 +155,7 @@ impl Request<'_> {
         }
     }
 
-    fn from_center(&self, words: [Option<&Word>; 2], turns: u32, warnings: &mut Vec<Fault>) -> Result<Arc, Fault> {
+    fn around_center(&self, words: [Option<&Word>; 2], turns: u32, warnings: &mut Vec<Fault>) -> Result<Arc, Fault> {
         let axes = self.plane.axes();
         let mut center = [Decimal::ZERO; 2];
         for (i, word) in words.into_iter().enumerate() {
@@ -205,7 +205,7 @@ impl Request<'_> {
 
     /// The centre is on the perpendicular through the middle of the chord, on the side that makes the arc at most half a
     /// turn, or with a negative R at least that.
-    fn from_radius(&self, word: &Word, turns: u32) -> Result<Arc, Fault> {
+    fn with_radius(&self, word: &Word, turns: u32) -> Result<Arc, Fault> {
         let axes = self.plane.axes();
         let delta = [0, 1].map(|i| self.to[axes[i]] - self.from[axes[i]]);
         if delta == [Decimal::ZERO; 2] {
