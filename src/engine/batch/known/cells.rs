@@ -156,6 +156,7 @@ impl Site<Logic> for Place<'_> {
 /// The outputs of a cell without a state. What it gives where `guard` is 1 is not known.
 pub(super) fn outputs(l: &mut Logic, kind: &CellKind, pins: &[Vec<Lit>], guard: &mut Lit) -> Vec<Vec<Lit>> {
     let mut place = Place::new(pins, &[]);
+    l.begin_cell();
     act(l, kind, &mut place);
     for u in place.unknown {
         *guard = Logic::or(l, *guard, u);
@@ -166,6 +167,7 @@ pub(super) fn outputs(l: &mut Logic, kind: &CellKind, pins: &[Vec<Lit>], guard: 
 /// The state of a cell after its levels have acted on it. It is one that keeps what is known.
 pub(super) fn after_levels(l: &mut Logic, kind: &CellKind, pins: &[Vec<Lit>], q: &[Lit]) -> Vec<Lit> {
     let mut place = Place::new(pins, q);
+    l.begin_cell();
     level(l, kind, &mut place);
     place.outs.swap_remove(0)
 }
@@ -173,6 +175,7 @@ pub(super) fn after_levels(l: &mut Logic, kind: &CellKind, pins: &[Vec<Lit>], q:
 /// The output that is made from the state.
 pub(super) fn from_state(l: &mut Logic, kind: &CellKind, pins: &[Vec<Lit>], q: &[Lit]) -> Vec<Lit> {
     let mut place = Place::new(pins, q);
+    l.begin_cell();
     derived(l, kind, &mut place);
     place.outs.swap_remove(1)
 }
@@ -180,6 +183,7 @@ pub(super) fn from_state(l: &mut Logic, kind: &CellKind, pins: &[Vec<Lit>], q: &
 /// What a cell with a clock takes at its edge in the lanes of `when`.
 pub(super) fn sampled(l: &mut Logic, kind: &CellKind, pins: &[Vec<Lit>], q: &[Lit], when: Lit) -> Vec<Lit> {
     let mut place = Place::new(pins, q);
+    l.begin_cell();
     at_edge(l, kind, Some(when), &mut place);
     place.outs.swap_remove(0)
 }

@@ -83,11 +83,19 @@ pub(super) fn moved(t: u8, places: [usize; 3]) -> u8 {
 pub struct Logic {
     pub(super) nodes: Vec<Node>,
     numbers: HashMap<Node, u32>,
+    /// The first node of the cell that is being made: only through these are functions joined. What cells give may lie in
+    /// planes that hold a state, and whoever reads that state must not come after it has been written.
+    own: usize,
 }
 
 impl Logic {
     pub fn new() -> Logic {
-        Logic { nodes: vec![Node::Zero], numbers: HashMap::new() }
+        Logic { nodes: vec![Node::Zero], numbers: HashMap::new(), own: usize::MAX }
+    }
+
+    /// A cell is made from here on.
+    pub(super) fn begin_cell(&mut self) {
+        self.own = self.nodes.len();
     }
 
     fn number(&mut self, node: Node) -> u32 {
@@ -171,11 +179,11 @@ impl Logic {
     fn two(&mut self, t: u8, a: Lit, b: Lit) -> Lit {
         let own = |lit: Lit| ([lit.node() as u32, 0, 0], 1, if lit.inverted() { !A } else { A });
         let inner = |logic: &Logic, lit: Lit| match logic.nodes[lit.node()] {
-            Node::Table(t, ins) => {
+            Node::Table(t, ins) if lit.node() >= logic.own => {
                 let used = (0..3).filter(|&i| depends(t, i)).count();
                 Some((ins, used, if lit.inverted() { !t } else { t }))
             }
-            Node::Zero | Node::Source(_) => None,
+            Node::Table(..) | Node::Zero | Node::Source(_) => None,
         };
         let (of_a, of_b) = (inner(self, a), inner(self, b));
         for (x, y) in [(of_a, of_b), (of_a, Some(own(b))), (Some(own(a)), of_b)] {
