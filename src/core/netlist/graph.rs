@@ -34,7 +34,14 @@ impl Graph {
         Graph { start, list }
     }
 
+    /// Whether there are no nodes.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
     /// How many nodes there are.
+    #[must_use]
     pub fn len(&self) -> usize {
         self.start.len() - 1
     }

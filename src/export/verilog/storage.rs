@@ -379,7 +379,7 @@ fn always(w: &mut Writer<'_>, cell: &Cell, state: Storage<'_>, name: &str) {
         let controls = controls.into_iter().filter(|&p| on(p)).map(|p| format!(" or posedge {}", input(p)));
         format!("always @({edge} {}{})", input(0), controls.collect::<String>())
     };
-    let mut lines = vec![format!("{head}  // {}", crate::safe::name(&name))];
+    let mut lines = vec![format!("{head}  // {}", crate::safe::name(name))];
     for (i, (condition, to)) in rules.iter().enumerate() {
         let otherwise = if i > 0 { "else " } else { "" };
         lines.push(match condition {

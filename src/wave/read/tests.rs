@@ -136,8 +136,10 @@ fn a_file_that_ends_with_its_header_has_no_values() {
 /// What GTKWave takes for harmless is read, with a word about it where something is not as it says.
 #[test]
 fn oddities_are_read() {
-    // the body, what `a` and `b` do, and the beginning of the warning
-    let cases: &[(&str, &[(u64, &str)], &[(u64, &str)], &str)] = &[
+    /// The body, what `a` and `b` do, and the beginning of the warning.
+    type Case = (&'static str, Steps, Steps, &'static str);
+    type Steps = &'static [(u64, &'static str)];
+    let cases: &[Case] = &[
         ("#0\n1!\n#5\n0!", &[(0, "1"), (5, "0")], &[], "its last line (5) has no end"),
         (
             "#5\n1!\n#3\n0!\n#4\n1!\n#9\n0!\n",

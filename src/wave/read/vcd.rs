@@ -500,10 +500,7 @@ impl Ground {
                     return other("bits");
                 }
                 // IEEE 1364-2005, 18.2.1: 0 and 1 are extended with 0, others with themselves
-                let extension = match logic(*first) {
-                    Some(code @ 2..) => code,
-                    _ => 0,
-                };
+                let extension = logic(*first).filter(|code| *code >= 2).unwrap_or_default();
                 let code = |i: usize| text.len().checked_sub(i + 1).map_or(extension, |i| logic(text[i]).unwrap_or(2));
                 let excess = &text[..text.len().saturating_sub(width)];
                 if excess.iter().any(|byte| logic(*byte) != Some(extension))

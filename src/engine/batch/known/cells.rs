@@ -209,7 +209,7 @@ mod tests {
         for case in cases(true, 65) {
             let kind = &case.kind;
             let expected = case.expected();
-            let (mut l, mut planes) = (Logic::new(), Vec::new());
+            let (mut l, mut planes) = (Logic::default(), Vec::new());
             let pins: Vec<Vec<Lit>> = (0..kind.inputs().len())
                 .map(|pin| sources(&mut l, &mut planes, &case.ins[pin], kind.input_width(pin)))
                 .collect();

@@ -88,10 +88,13 @@ pub struct Logic {
     own: usize,
 }
 
-impl Logic {
-    pub fn new() -> Logic {
+impl Default for Logic {
+    fn default() -> Logic {
         Logic { nodes: vec![Node::Zero], numbers: HashMap::new(), own: usize::MAX }
     }
+}
+
+impl Logic {
 
     /// A cell is made from here on.
     pub(super) fn begin_cell(&mut self) {
@@ -276,7 +279,7 @@ mod tests {
 
     #[test]
     fn every_function_of_every_choice_of_inputs_is_what_its_table_says() {
-        let mut logic = Logic::new();
+        let mut logic = Logic::default();
         let sources: Vec<Lit> = (0..3).map(|i| logic.source(i)).collect();
         let mut all = vec![Lit::FALSE, Lit::TRUE];
         all.extend(sources.iter().flat_map(|&s| [s, !s]));

@@ -51,7 +51,7 @@ impl Registers {
         }
         let mut shows = 0;
         let mut tape = |steps: bool| {
-            let mut logic = Logic::new();
+            let mut logic = Logic::default();
             let now = places.iter().map(|&(at, width)| (at..at + width).map(|plane| logic.source(plane)).collect());
             let mut now: Vec<Bits> = now.collect();
             let mut roots = Vec::new();

@@ -59,7 +59,7 @@ impl Round {
 }
 
 fn sampled(p: &Program, layout: &Layout, events: Events) -> (Tape, Vec<u32>) {
-    let mut bits = Bits { p, logic: Logic::new(), now: HashMap::new() };
+    let mut bits = Bits { p, logic: Logic::default(), now: HashMap::new() };
     let mut roots = Vec::new();
     let mut triggers = Vec::new();
     for (store, clocks) in p.stores.iter().zip(&layout.clocks) {
@@ -82,7 +82,7 @@ fn sampled(p: &Program, layout: &Layout, events: Events) -> (Tape, Vec<u32>) {
 }
 
 fn settled(p: &Program, layout: &Layout, events: Events) -> (Tape, bool) {
-    let mut bits = Bits { p, logic: Logic::new(), now: HashMap::new() };
+    let mut bits = Bits { p, logic: Logic::default(), now: HashMap::new() };
     let mut parts = Vec::new();
     let mut guard = Lit::FALSE;
     // what is stored at the end of a part
