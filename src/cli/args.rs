@@ -74,7 +74,7 @@ pub enum Command {
     Plot(PlotArgs),
     /// Draw a part program (G-code) by every method, and measure steps, speed and deviation
     Machine(MachineArgs),
-    /// Tell the greatest feed of a system of interpolator, synchronisers and speed block, and whether its margins are kept
+    /// Tell the greatest feed of a system, and whether its margins are kept
     Feed(FeedArgs),
     /// Draw the schematic of a circuit, as SVG
     Draw(DrawArgs),
@@ -227,9 +227,9 @@ pub struct DiffArgs {
     #[arg(value_name = "B", value_hint = ValueHint::FilePath)]
     pub b: PathBuf,
 
-    /// Where in a waveform the circuit stands, e.g. bench.dut; may be given twice, for A and for B
+    /// Where in a waveform the circuit stands, e.g. bench.dut
     ///
-    /// Only signals below this scope are compared, by their names relative to it. If one of the two has no such scope, the
+    /// May be given twice, for A and for B. Only signals below this scope are compared, by their names relative to it. If one of the two has no such scope, the
     /// scope in it that has the same names below it is taken.
     #[arg(long, value_name = "PATH")]
     pub scope: Vec<String>,

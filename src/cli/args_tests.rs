@@ -92,8 +92,9 @@ fn an_option_means_the_same_in_every_command() {
         for arg in command.get_arguments().filter(|arg| !arg.is_positional()) {
             let long = arg.get_long().unwrap().to_owned();
             // What an interpolation prints is no report; a picture, a netlist, a table are no waveform; a comparison needs
-            // bits; an export goes to a format, where a path goes to a point; and what is shown is not recorded.
-            const OTHER: [(&str, &str); 14] = [
+            // bits; an export goes to a format, where a path goes to a point; what is shown is not recorded;
+            // and a machine has pulses and directions where a circuit shows coordinates.
+            const OTHER: [(&str, &str); 19] = [
                 ("interpolate", "format"),
                 ("plot", "output"),
                 ("draw", "output"),
@@ -108,6 +109,11 @@ fn an_option_means_the_same_in_every_command() {
                 ("wave", "signed"),
                 ("sweep", "output"),
                 ("compare", "bits"),
+                ("feed", "tick"),
+                ("machine", "output"),
+                ("machine", "x"),
+                ("machine", "y"),
+                ("machine", "z"),
             ];
             if OTHER.contains(&(command.get_name(), long.as_str())) {
                 continue;

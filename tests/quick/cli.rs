@@ -303,7 +303,7 @@ fn a_limit_before_the_stop_condition_is_a_failure() {
 
 #[test]
 fn parameters_and_inputs_of_the_command_line() {
-    let (status, stdout, _) = run(&["run", LINE, "-p", "W=4", "-s", "dx=4'b1111", "-s", "dy=-8"]);
+    let (status, stdout, _) = run(&["run", LINE, "-p", "W=4", "-s", "dx=4'b1111", "-s", "dy=8"]);
     assert!(status == 0 && stdout.contains("xt = 15  yt = 8"), "{stdout}");
     refused(&["run", LINE, "-p", "w=4"], &["`line` has no parameter `w`", " --> -p:1:1", "did you mean `W`?"]);
     refused(&["run", LINE, "-p", "W=33"], &["must be at most 32, not 33", " ::: circuits/evaluation/line.json:10:"]);
@@ -311,6 +311,10 @@ fn parameters_and_inputs_of_the_command_line() {
     refused(&["run", LINE, "-s", "xd=1"], &["has no net `xd`", " --> -s:1:1", "did you mean `dx`?"]);
     refused(&["run", LINE, "-s", "dx="], &["write it as NAME=VALUE"]);
     refused(&["run", LINE, "-s", "dx=256"], &["256 does not fit 8 bits (at most 255)"]);
+    refused(
+        &["run", LINE, "-s", "dy=-8"],
+        &[" --> -s:1:", "without a sign", "declare the port with `\"signed\": true`"],
+    );
     refused(&["run", LINE, "-s", "xt=1"], &["`xt` is not an input", "the inputs are start, dx, dy, xh, yh, dt"]);
     refused(&["run", LINE, "--until", "and=1"], &["has no net `and`", " --> --until:1:1"]);
     refused(&["run", LINE, "--time", "5parsec"], &["`parsec` is not a unit of time"]);

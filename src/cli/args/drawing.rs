@@ -166,7 +166,7 @@ pub struct InterpolateArgs {
     #[command(flatten)]
     pub drawing: DrawingArgs,
 
-    /// Print a table, or something for programs
+    /// Print results for people or for programs
     #[arg(long, value_name = "FORMAT", default_value = "table")]
     pub format: StepsFormat,
 }
@@ -203,11 +203,11 @@ pub struct PlotArgs {
     #[arg(short, long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
     pub output: PathBuf,
 
-    /// Look only at what is below this scope of a waveform, e.g. bench.dut
+    /// Where in a waveform the circuit stands, e.g. bench.dut
     #[arg(long, value_name = "PATH")]
     pub scope: Option<String>,
 
-    /// Take from this circuit which coordinates of a waveform are signed
+    /// The circuit of the waveform, for names of values and for which numbers are signed
     #[arg(long, value_name = "CIRCUIT", value_hint = ValueHint::FilePath)]
     pub circuit: Option<PathBuf>,
 

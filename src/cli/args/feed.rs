@@ -43,7 +43,7 @@ pub struct FeedArgs {
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub high: u64,
 
-    /// The size of a step, mm, for feeds in mm/min
+    /// The size of a step, mm
     #[arg(long, value_name = "MM", value_parser = super::machine::positive)]
     pub blu: Option<Decimal>,
 

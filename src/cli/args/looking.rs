@@ -32,7 +32,7 @@ pub struct WaveTextArgs {
     #[arg(short, long, value_name = "GLOB")]
     pub signals: Vec<String>,
 
-    /// Look only at what is below this scope of the waveform, e.g. bench.dut
+    /// Where in a waveform the circuit stands, e.g. bench.dut
     #[arg(long, value_name = "PATH")]
     pub scope: Option<String>,
 
@@ -52,7 +52,7 @@ pub struct WaveTextArgs {
     #[arg(long, value_name = "GLOB")]
     pub signed: Vec<String>,
 
-    /// Take names of values, and which numbers are signed, from this circuit
+    /// The circuit of the waveform, for names of values and for which numbers are signed
     #[arg(long, value_name = "CIRCUIT", value_hint = ValueHint::FilePath)]
     pub circuit: Option<PathBuf>,
 
@@ -88,7 +88,7 @@ pub struct ViewArgs {
     #[arg(short, long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]
     pub output: PathBuf,
 
-    /// Look only at what is below this scope of a waveform, e.g. bench.dut
+    /// Where in a waveform the circuit stands, e.g. bench.dut
     #[arg(long, value_name = "PATH")]
     pub scope: Option<String>,
 

@@ -52,11 +52,13 @@ pub struct MachineArgs {
     #[arg(long, value_name = "LINE,ARC")]
     pub method: Vec<Choice>,
 
-    /// Begin F of lines in the middle of its range, which halves the deviation
+    /// Begin F in the middle of its range, which halves the deviation
     #[arg(long)]
     pub centred: bool,
 
-    /// The size of a step, mm; 0.01 by default
+    /// The size of a step, mm
+    ///
+    /// By default 0.01.
     #[arg(long, value_name = "MM", value_parser = positive)]
     pub blu: Option<Decimal>,
 
@@ -91,7 +93,7 @@ pub struct MachineArgs {
     #[arg(long)]
     pub block_delete: bool,
 
-    /// Print a table, or something for programs
+    /// Print results for people or for programs
     #[arg(long, value_name = "FORMAT", default_value = "table")]
     pub format: MachineFormat,
 

@@ -95,7 +95,6 @@ impl Default for Logic {
 }
 
 impl Logic {
-
     /// A cell is made from here on.
     pub(super) fn begin_cell(&mut self) {
         self.own = self.nodes.len();
