@@ -129,7 +129,8 @@ impl Clockwork {
             Rule::Step | Rule::Constant if !dda => per_blu,
             _ => per_blu * length / weight as f64,
         };
-        if ticks < LEAST {
+        // the limit itself, but for what rounding has taken of it
+        if ticks < LEAST * (1.0 - 1e-12) {
             return Err(NoPeriod { part: ticks / LEAST, fast: true });
         }
         let most = 2f64.powi(BITS[0] as i32) - 1.0;

@@ -148,10 +148,16 @@ impl Survey {
         for (axis, bounds) in self.bounds.iter_mut().enumerate() {
             *bounds = [bounds[0].min(plan.to[axis]), bounds[1].max(plan.to[axis])];
         }
-        for run in runs {
-            run.check(&plan, machine).map_err(|unable| refused(unable, &plan, run.choice, settings, line))?;
+        // of several methods that are too slow for a feed, the one that allows least is told of
+        let unable = runs.iter().filter_map(|run| Some((run.check(&plan, machine).err()?, run.choice)));
+        let part = |unable: &Unable| match unable {
+            Unable::Period(period, _) if period.fast => period.part,
+            _ => 0.0,
+        };
+        match unable.min_by(|(a, _), (b, _)| part(a).total_cmp(&part(b))) {
+            Some((unable, choice)) => Err(refused(unable, &plan, choice, settings, line)),
+            None => Ok(()),
         }
-        Ok(())
     }
 }
 
@@ -181,7 +187,7 @@ fn refused(unable: Unable, plan: &Plan, choice: Choice, settings: &Settings, lin
             // to the side on which it can be done, but for what rounding in between has taken
             let thousandths = limit * 1000.0;
             let near = thousandths.round();
-            let told = match (thousandths - near).abs() < 1e-6 * near.max(1.0) {
+            let told = match (thousandths - near).abs() < 1e-11 * near.max(1.0) {
                 true => near,
                 false if period.fast => thousandths.floor(),
                 false => thousandths.ceil(),

@@ -15,7 +15,7 @@ Examples:
         the instances of the top module are opened; those within them are boxes
   discreta draw circuits/evaluation/line_gates.json --module counter_gates -o counter.svg
         one module by itself
-  discreta draw circuits/lib/arithmetic.json --top adder_gates -p W=4 -o adder.svg
+  discreta draw circuits/lib/arithmetic.json --top ripple_adder -p W=4 -o adder.svg
 
 docs/drawing.md says how to read it, and what attributes it has for programs.
 Exit status: 0 drawn; 2 a faulty circuit, one too large for a picture, usage, input or output.")]
