@@ -406,7 +406,7 @@ fn random_netlists_are_the_same_on_both_engines() {
 /// their code.
 #[test]
 fn repeated_netlists_are_the_same_on_both_engines() {
-    let seeds = std::env::var("DISCRETA_SEEDS").ok().and_then(|s| s.parse().ok()).unwrap_or(60);
+    let seeds = std::env::var("DISCRETA_SEEDS").ok().and_then(|s| s.parse().ok()).unwrap_or(72);
     let (mut instants, mut known, mut mixed) = (0, 0, 0);
     for seed in 0..seeds {
         let mut rng = Rng::new(seed);

@@ -12,7 +12,7 @@ use crate::support::{Rng, folder};
 use discreta::cell::memory::{ReadPort, WritePort};
 use discreta::cell::pin::{counter, edge_flop};
 use discreta::cell::samples::{Sort, sample};
-use discreta::cell::{CellKind, Edge, Memory, Role};
+use discreta::cell::{CellKind, Edge, Memory, Role, ShiftOp};
 use discreta::export::verilog;
 use discreta::netlist::{Builder, Bus, Netlist};
 use discreta::{Logic, Value};
@@ -45,7 +45,13 @@ fn kinds(rng: &mut Rng) -> Vec<(&'static str, CellKind)> {
                 Sort::Products | Sort::Demux => 1 + rng.below(9) as u32,
                 _ => width(rng),
             };
-            let kind = sample(sort, width, &mut |n| rng.below(n));
+            let kind = match sample(sort, width, &mut |n| rng.below(n)) {
+                // of a longer index of a part Icarus takes the low bits, where IEEE 1364-2005, 5.2.1 has x
+                CellKind::Shift { op: op @ (ShiftOp::Part | ShiftOp::PartSigned), a_width, b_width, width } => {
+                    CellKind::Shift { op, a_width, b_width: b_width.min(31), width }
+                }
+                kind => kind,
+            };
             all.push((kind.element(), kind));
         }
     }

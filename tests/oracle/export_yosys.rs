@@ -356,8 +356,8 @@ fn what_is_wrong_with_an_element_is_told() {
     let text = write(&counter(), &Extra::default());
     assert!(text.contains("\"discreta\": \"counter edge=falling step="), "{text}");
     for (from, to, expected) in [
-        ("counter edge=falling", "counter edge=sideways", "which no element is"),
-        ("step=4'b0001", "step=5'b00001", "which no element is"),
+        ("counter edge=falling", "counter edge=sideways", "there is no such element"),
+        ("step=4'b0001", "step=5'b00001", "there is no such element"),
         ("step=4'b0001 init=4'bxxxx", "step=3'b001 init=3'bxxx", "is connected to 4 bits, and is 3"),
         ("\"en\": [", "\"enable\": [", "it connects `enable`, which a `counter` does not have"),
         ("\"top\": \"", "\"discreta_timescale\": \"3ns\", \"top\": \"", "a tick cannot be `3ns`"),

@@ -183,7 +183,7 @@ fn the_end_and_the_output() {
     for (line, text) in [
         ("--time 5us", "the waveform ends at 1040000 ps, before 5000000 ps"),
         ("--cycles 105", "the waveform ends before 105 cycles of `clk_a`, after 104 whole cycles of it"),
-        ("-o icarus.vcd", "cannot write `icarus.vcd`: it is the stimulus itself"),
+        ("-o icarus.vcd", "cannot write `icarus.vcd`: it is an input of this command"),
     ] {
         refused(&folder, &format!("run replay.json --stimulus icarus.vcd {line}"), &[text]);
     }

@@ -7,7 +7,7 @@ use super::names::{Taken, identifier};
 use super::writer::Writer;
 use super::{feedback, start, storage};
 use crate::netlist::Netlist;
-use crate::netlist::hierarchy::Hierarchy;
+use crate::netlist::hierarchy::{Hierarchy, Piece};
 use crate::scenario::Scenario;
 
 /// A netlist as Verilog, and what is called how in it.
@@ -63,6 +63,11 @@ fn written<'n>(netlist: &'n Netlist, scenario: Option<&Scenario>) -> Design<'n> 
         .map(|m| {
             let mut writer = Writer::new(netlist, &hierarchy, &modules, &clocks, m);
             writer.circular.clone_from(&circular[m]);
+            // bits of a vector that show another of its bits are a circle to Verilator, which takes vectors whole
+            for (w, wire) in writer.module.wires.iter().enumerate() {
+                let own = |piece: &Piece| matches!(piece, Piece::Wire { wire, .. } if *wire == w);
+                writer.circular[w] |= wire.shown_of_others(w).iter().any(|(_, run)| run.iter().any(own));
+            }
             writer.waits = waiting[m];
             writer.module();
             used.append(&mut writer.support);

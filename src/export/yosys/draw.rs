@@ -162,6 +162,10 @@ impl<'o> Draw<'o> {
 
     /// A gate of one kind between as many inputs of `y`'s width as there are.
     pub fn chain(&mut self, part: &str, kind: &str, inputs: &[&[Bit]], y: Bits) {
+        if let [only] = inputs {
+            self.unary(part, "$pos", only, y);
+            return;
+        }
         let mut joined = inputs[0].to_vec();
         for (i, input) in inputs.iter().enumerate().skip(1) {
             let last = i + 1 == inputs.len();

@@ -264,7 +264,9 @@ fn the_tables_are_true() {
             let heading: Vec<&str> = table[0].iter().map(String::as_str).collect();
             match heading[..] {
                 [gate, "0", "1", "x", "z"] if gate == element.name.to_uppercase() => binary(element, &table),
-                ["a", "0", "1", "x", "z"] | ["a b" | "s r", "00", ..] | ["a b ci", "000", ..] => bits(element, &table),
+                ["a", "0", "1", "x", "z"] | ["a b" | "s r", "00", ..] | ["a b ci" | "a b c", "000", ..] => {
+                    bits(element, &table)
+                }
                 ["s" | "en", "0", "1", "x, z"] => by_control(element, &table),
                 [.., "en", "q"] => by_level(element, &table),
                 ["when", "q"] => by_line(element, &table),
