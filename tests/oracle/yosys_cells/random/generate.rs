@@ -296,8 +296,8 @@ impl Generator<'_> {
                 let Some(pin) = self.control(0, None, false) else { return };
                 let when = next_tick(pin.when);
                 let cell = gates::storage("$_FF_", None);
-                let item = self.place(cell, vec![vec![pin.bit]], when, false);
-                self.now_clean(item, when, pin.start, false);
+                // data and no clock: its first value, a tick after all has settled, is an edge that the bench hides
+                self.place(cell, vec![vec![pin.bit]], when, false);
             }
             _ => {
                 let name = *self.rng.pick(&[
