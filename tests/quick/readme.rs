@@ -27,7 +27,7 @@ fn the_circuit_in_the_readme_runs() {
 #[test]
 fn the_commands_in_the_readme_run() {
     let folder = tempfile::tempdir().unwrap();
-    for link in ["circuits", "traces"] {
+    for link in ["circuits", "examples", "traces"] {
         std::os::unix::fs::symlink(Path::new(env!("CARGO_MANIFEST_DIR")).join(link), folder.path().join(link)).unwrap();
     }
     let mut commands = 0;
