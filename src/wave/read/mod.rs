@@ -1,7 +1,7 @@
 //! Reading a waveform: VCD, FST and GHW.
 //!
 //! [`Waves`] holds the names and the times; values are loaded a few variables at a time. A reader of a format gives
-//! its names to [`names`] and its values to [`signal`], and takes no length or count from a file at its word: what is
+//! its names to `names` and its values to `signal`, and takes no length or count from a file at its word: what is
 //! made room for is what bytes are there for. What is doubtful is noted ([`Waves::warnings`]), a variable that cannot be
 //! read is [left out](Waves::left_out), and a file that breaks off is read up to there ([`Waves::is_cut`]).
 
