@@ -43,8 +43,10 @@ pub mod sweep;
 pub mod syntax;
 pub mod view;
 
+#[cfg(feature = "draw")]
+pub(crate) use discreta_core::guard;
 pub use discreta_core::{Logic, Timescale, Unit, Value, cell, netlist, value};
-pub(crate) use discreta_core::{files, guard, random, safe};
+pub(crate) use discreta_core::{files, random, safe};
 pub use discreta_engine as engine;
 pub use discreta_interpolate as interpolate;
 pub use discreta_wave as wave;
