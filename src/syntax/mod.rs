@@ -2,7 +2,7 @@
 //! JSON Schema of it all.
 //!
 //! [`CircuitFile::parse`] and [`ScenarioFile::parse`] read a text. Whether the names in it mean anything is for
-//! [`elaborate`](crate::elaborate) and [`scenario`](crate::scenario) to say; this room knows neither netlists nor engines.
+//! `elaborate` and `scenario` to say; this room knows neither netlists nor engines.
 
 pub mod check;
 pub mod circuit;
