@@ -105,17 +105,21 @@ Examples:
   discreta run counter.json -p W=16 --cycles 100 --trace 'q' --trace 'stage[*].*' -o -
         100 clocks of a 16-bit counter; some nets, to standard output
 
-  discreta run cpu.json --clock clk=10ns -s rst=0 --cycles 1000 -o cpu.vcd
-        a netlist that Yosys wrote: yosys -p \"read_verilog cpu.v; prep; write_json cpu.json\"
+  discreta run top.v alu.v -G W=8 --clock clk=10ns -s rst=0 --cycles 1000 -o top.vcd
+        Verilog, which Yosys reads; a netlist that it wrote does too
   discreta run cpu.json --stimulus icarus.vcd --scope bench.cpu --expect
         driven as in another simulator, and compared with its results (a; b is this run)
 
 Values are numbers (5, -1) or literals (4'b10x1, 8'hff).
 Exit status: 0 stopped as asked; 1 a limit was hit first, or an expectation failed; 2 usage, input or output.")]
 pub struct RunArgs {
-    /// The circuit file, a netlist of Yosys (write_json), or a scenario that names one
+    /// The circuit: a circuit file, Verilog, a netlist of Yosys (write_json), or a scenario that names one
     #[arg(value_name = "CIRCUIT", value_hint = ValueHint::FilePath)]
     pub circuit: PathBuf,
+
+    /// More files of the same design, if it is Verilog
+    #[arg(value_name = "MORE", value_hint = ValueHint::FilePath)]
+    pub more: Vec<PathBuf>,
 
     /// Parameters and limits.
     #[command(flatten)]
@@ -315,9 +319,13 @@ Examples:
 docs/export.md says what each cell becomes.
 Exit status: 0 written; 2 a faulty circuit, one that the format cannot hold, usage, input or output.")]
 pub struct ExportArgs {
-    /// The circuit file, a netlist of Yosys (write_json), or a scenario that names one
+    /// The circuit: a circuit file, Verilog, a netlist of Yosys (write_json), or a scenario that names one
     #[arg(value_name = "CIRCUIT", value_hint = ValueHint::FilePath)]
     pub circuit: PathBuf,
+
+    /// More files of the same design, if it is Verilog
+    #[arg(value_name = "MORE", value_hint = ValueHint::FilePath)]
+    pub more: Vec<PathBuf>,
 
     /// The format
     #[arg(long, value_name = "FORMAT")]

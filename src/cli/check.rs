@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::json;
 
 use super::args::{CheckArgs, Format};
-use super::loading::{loader, rendered};
+use super::loading::{designs, loader, rendered};
 use super::prepare::{Changes, is_scenario, prepare};
 use super::told::styled;
 use super::{CliError, Out, Status};
@@ -20,8 +20,8 @@ pub fn run(args: &CheckArgs, out: &mut Out) -> Result<Status, CliError> {
     let mut errors = 0;
     let mut unreadable = false;
     let mut files = Vec::new();
-    for path in &args.circuit {
-        let mut loader = loader(&args.elaboration)?;
+    for (path, more) in &designs(&args.circuit) {
+        let mut loader = loader(&args.elaboration, more)?;
         check(&mut loader, path, args);
         loader.diagnostics.sort();
         let (bad, warnings) = (loader.diagnostics.errors(), loader.diagnostics.warnings());

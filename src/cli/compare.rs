@@ -10,7 +10,7 @@ use super::loading::rendered;
 use super::prepare::circuit_of;
 use super::progress::Progress;
 use super::{CliError, Out, Status, interrupt};
-use crate::circuit::{Limits, Loader};
+use crate::circuit::Limits;
 use crate::compare::{self, Comparison, Equipment, MEASURES, Sample, Set, SetKind, Variant, Watch};
 use crate::netlist::Stats;
 
@@ -101,7 +101,7 @@ fn equipment(folder: &Path, bits: u32) -> Result<Vec<Equipment>, CliError> {
 
 /// The counts of one circuit.
 fn stats(path: &Path, bits: u32) -> Result<Stats, CliError> {
-    let mut loader = Loader::new(Limits::default());
+    let mut loader = super::loading::plain(Limits::default());
     let width = Assignment { name: "W".to_owned(), value: bits.to_string() };
     match circuit_of(&mut loader, path, &[width]) {
         Some(circuit) if !loader.diagnostics.has_errors() => Ok(Stats::of(&circuit.netlist)),

@@ -12,7 +12,7 @@ use crate::draw::{Options, Refusal, svg};
 /// # Errors
 /// Faults of the circuit, a module that is not there, a circuit too large for a picture, a file that cannot be written.
 pub fn run(args: &DrawArgs, out: &mut Out) -> Result<Status, CliError> {
-    let mut loader = loader(&args.elaboration)?;
+    let mut loader = loader(&args.elaboration, &args.more)?;
     let circuit = circuit_of(&mut loader, &args.circuit, &args.elaboration.parameter);
     let circuit = faults(&mut loader, circuit)?;
     let options = Options { depth: args.depth, module: args.module.as_deref() };

@@ -24,13 +24,13 @@ pub fn run(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
         _ if args.testbench.is_some() => Err(CliError::usage("a test bench is Verilog: `--to verilog`")),
         ExportFormat::YosysJson if args.depth.is_some() => Err(CliError::usage("`--depth` is for graphs: `--to dot`")),
         ExportFormat::YosysJson => {
-            let mut loader = loader(&args.elaboration)?;
+            let mut loader = loader(&args.elaboration, &args.more)?;
             let text = netlist::yosys_json(&mut loader, &args.circuit, &args.elaboration.parameter);
             write(&args.output, &faults(&mut loader, text)?, out)?;
             Ok(Status::Done)
         }
         ExportFormat::Dot => {
-            let mut loader = loader(&args.elaboration)?;
+            let mut loader = loader(&args.elaboration, &args.more)?;
             let circuit = circuit_of(&mut loader, &args.circuit, &args.elaboration.parameter);
             let circuit = faults(&mut loader, circuit)?;
             write(&args.output, &dot::write(&circuit.netlist, args.depth.unwrap_or(usize::MAX)), out)?;
@@ -40,7 +40,7 @@ pub fn run(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
 }
 
 fn verilog(args: &ExportArgs, out: &mut Out) -> Result<Status, CliError> {
-    let mut loader = loader(&args.elaboration)?;
+    let mut loader = loader(&args.elaboration, &args.more)?;
     let Some(testbench) = &args.testbench else {
         if args.scenario != ScenarioArgs::default() {
             return Err(CliError::usage("what happens to the circuit is for a test bench")

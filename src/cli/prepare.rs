@@ -9,7 +9,7 @@ use serde::de::IgnoredAny;
 
 use super::args::{Assignment, ClockOption, Condition, DontCare, ElaborationArgs, ScenarioArgs, WaveArgs};
 use crate::diag::{Code, Diagnostic, Severity, Span};
-use crate::elaborate::{Circuit, Loader, normal, size};
+use crate::elaborate::{Circuit, Language, Loader, normal, not_a_circuit, size};
 use crate::import::yosys::is_yosys;
 use crate::json::{Recover, Spanned};
 use crate::scenario::{Clock, Limit, Loose, Scenario, ScenarioFile, Simulation, Stimuli, TimeText, Until, ValueText};
@@ -144,7 +144,12 @@ type FromFile = (PathBuf, Vec<(Name, ParameterValue)>, Simulation);
 /// Whether a file is a scenario rather than a circuit. Whatever cannot be told apart is taken for a circuit, the reading
 /// of which tells what is wrong with it.
 pub fn is_scenario(loader: &mut Loader, path: &Path) -> bool {
-    loader.read(path).is_ok_and(|file| names_a_circuit(loader.sources.text(file)))
+    !is_other(path) && loader.read(path).is_ok_and(|file| names_a_circuit(loader.sources.text(file)))
+}
+
+/// Whether a file is no JSON by its name.
+fn is_other(path: &Path) -> bool {
+    Language::of(path).is_some() || not_a_circuit(path).is_some()
 }
 
 fn names_a_circuit(text: &str) -> bool {
@@ -158,6 +163,9 @@ fn names_a_circuit(text: &str) -> bool {
 
 /// What a scenario file says; `Some(None)` if the file is not one.
 fn scenario_file(loader: &mut Loader, path: &Path) -> Option<Option<FromFile>> {
+    if is_other(path) {
+        return Some(None);
+    }
     let file = loader.read(path).map_err(|fault| loader.diagnostics.push(fault)).ok()?;
     if !names_a_circuit(loader.sources.text(file)) {
         return Some(None);
@@ -169,9 +177,20 @@ fn scenario_file(loader: &mut Loader, path: &Path) -> Option<Option<FromFile>> {
         loader.diagnostics.push(fault.at(scenario.circuit.span, "the circuit, relative to this file"));
         return None;
     }
+    let beside = |file: &str| normal(&path.parent().unwrap_or(Path::new("")).join(file));
+    if let Some(verilog) = scenario.verilog.and_then(|v| v.0) {
+        let synthesis = loader.synthesis();
+        synthesis.sources.extend(verilog.sources.iter().map(|file| beside(&file.value)));
+        synthesis.include.extend(verilog.include.iter().map(|folder| beside(&folder.value)));
+        synthesis.define.extend(verilog.define.into_iter().map(|define| define.value));
+        synthesis.black_boxes.extend(verilog.black_boxes.into_iter().map(|name| name.value));
+        if let Some(top) = verilog.top {
+            loader.set_default_top(&top.value, top.span);
+        }
+    }
     for (name, file) in scenario.memories {
         let Some(file) = file.0 else { continue };
-        let contents = normal(&path.parent().unwrap_or(Path::new("")).join(&*file.value));
+        let contents = beside(&file.value);
         loader.fill_memory(name, &contents, file.span);
     }
     if is_scenario(loader, &circuit) {

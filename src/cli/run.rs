@@ -16,7 +16,7 @@ use crate::wave::select::Tee;
 /// # Errors
 /// Faults of the circuit or scenario, a circuit that does not settle, a waveform that cannot be written.
 pub fn run(args: &RunArgs, out: &mut Out) -> Result<Status, CliError> {
-    let mut loader = loader(&args.elaboration)?;
+    let mut loader = loader(&args.elaboration, &args.more)?;
     let changes = Changes {
         wave: args.wave.stimulus.is_some().then_some(&args.wave),
         ..Changes::of(&args.elaboration, &args.scenario, &args.trace)

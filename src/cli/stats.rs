@@ -8,7 +8,7 @@ use indexmap::IndexMap;
 use serde::Serialize;
 
 use super::args::{Format, StatsArgs};
-use super::loading::{loader, rendered};
+use super::loading::{designs, loader, rendered};
 use super::prepare::circuit_of;
 use super::{CliError, Out, Status};
 use crate::cell::{Edge, Equipment, Parts};
@@ -36,8 +36,8 @@ struct Report {
 pub fn run(args: &StatsArgs, out: &mut Out) -> Result<Status, CliError> {
     let mut reports = Vec::new();
     let mut faulty = String::new();
-    for path in &args.circuit {
-        let mut loader = loader(&args.elaboration)?;
+    for (path, more) in &designs(&args.circuit) {
+        let mut loader = loader(&args.elaboration, more)?;
         let Some(report) = report(&mut loader, path, args) else {
             loader.diagnostics.drop_warnings(|_| true);
             loader.diagnostics.sort();

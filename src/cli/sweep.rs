@@ -46,7 +46,7 @@ fn sweep(args: &SweepArgs, path: &Path, out: &mut Out) -> Result<Status, CliErro
             CliError::usage("--shard needs --output").with_hint("name a file for the part, ending in .csv or .json")
         );
     }
-    let mut loader = loader(&args.elaboration)?;
+    let mut loader = loader(&args.elaboration, &args.more)?;
     // what is swept is held, so that it has to be an input
     let mut sets = args.scenario.set.clone();
     for (i, over) in args.over.iter().enumerate() {

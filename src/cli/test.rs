@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value as Json, json};
 
 use super::args::{Format, TestArgs};
-use super::loading::{faults, rendered};
+use super::loading::{faults, plain, rendered};
 use super::prepare::{Changes, is_scenario, prepare};
 use super::report::Report;
 use super::simulate::simulate;
@@ -118,7 +118,7 @@ fn one(path: &Path, args: &TestArgs) -> Result<Verdict, CliError> {
     // the golden trace of one may be what drives another
     crate::files::watch();
     let golden = path.with_extension("vcd");
-    let mut loader = Loader::new(Limits::default());
+    let mut loader = plain(Limits::default());
     let prepared = prepare(&mut loader, path, &Changes::default());
     let mut prepared = match faults(&mut loader, prepared) {
         Ok(prepared) => prepared,

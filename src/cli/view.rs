@@ -90,7 +90,7 @@ fn of_circuit(args: &ViewArgs) -> Result<(Page, Status), CliError> {
         return Err(CliError::usage("a circuit has no option --scope").with_hint("it is for waveforms"));
     }
     interrupt::watch();
-    let mut loader = loader(&args.elaboration)?;
+    let mut loader = loader(&args.elaboration, &args.more)?;
     let changes = Changes::of(&args.elaboration, &args.scenario, &args.trace);
     let prepared = prepare(&mut loader, &args.what, &changes);
     let mut prepared = faults(&mut loader, prepared)?;

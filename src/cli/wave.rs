@@ -12,7 +12,7 @@ use super::prepare::circuit_of;
 use super::told::styled;
 use super::{CliError, Out, Status};
 use crate::Timescale;
-use crate::circuit::{Circuit, Limits, Loader};
+use crate::circuit::{Circuit, Limits};
 use crate::diag::{Diagnostics, Sources, Span};
 use crate::netlist::Signal;
 use crate::scenario::{TimeText, glob_set};
@@ -131,7 +131,7 @@ pub(super) fn opened(path: &Path, scope: Option<&str>, out: &mut Out) -> Result<
 /// A circuit that says more of a waveform.
 pub(super) fn declaring(path: Option<&Path>) -> Result<Option<Circuit>, CliError> {
     let load = |path: &Path| {
-        let mut loader = Loader::new(Limits::default());
+        let mut loader = super::loading::plain(Limits::default());
         let circuit = circuit_of(&mut loader, path, &[]);
         faults(&mut loader, circuit)
     };

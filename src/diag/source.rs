@@ -81,7 +81,12 @@ fn starts_character(byte: u8) -> bool {
 #[derive(Debug, Default)]
 pub struct Sources {
     files: Vec<Source>,
+    /// Texts that a tool made of others, and how to find what a place in them was made of.
+    made: Vec<(FileId, Locate)>,
 }
+
+/// Finds what a place in a text that a tool made comes from: a file, and lines and columns in it, `cpu.v:12.3-14.8`.
+pub type Locate = fn(text: &str, place: std::ops::Range<usize>) -> Option<&str>;
 
 impl Sources {
     /// Nothing yet.
@@ -108,6 +113,50 @@ impl Sources {
         let id = FileId(u32::try_from(self.files.len()).expect("fewer than 2^32 files"));
         self.files.push(Source { name: name.into(), text, first_line, lines, characters });
         id
+    }
+
+    /// The text of this name, if it is here; of several the first.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<FileId> {
+        self.files.iter().position(|file| file.name == name).map(|i| FileId(i as u32))
+    }
+
+    /// Says that a tool made a text of others: faults in it are shown where `locate` says that they come from, if that text
+    /// is here too.
+    pub fn made(&mut self, file: FileId, locate: Locate) {
+        self.made.push((file, locate));
+    }
+
+    /// Where a place comes from; the place itself if no tool made it.
+    #[must_use]
+    pub fn origin(&self, span: Span) -> Span {
+        let made = self.made.iter().find(|(file, _)| *file == span.file);
+        let found = made.and_then(|(_, locate)| locate(self.text(span.file), self.range(span)));
+        found.and_then(|source| self.place(source)).unwrap_or(span)
+    }
+
+    /// The place that is written `cpu.v:12.3-14.8`, or its first line if it has several; of several places, separated by `|`,
+    /// the first.
+    #[must_use]
+    pub fn place(&self, source: &str) -> Option<Span> {
+        let first = source.split('|').next()?;
+        let (name, rest) = first.rsplit_once(':')?;
+        let file = self.find(name)?;
+        let (from, to) = rest.split_once('-').unwrap_or((rest, rest));
+        let number = |text: &str| {
+            let (line, column) = text.split_once('.').unwrap_or((text, "0"));
+            Some((line.parse::<usize>().ok()?, column.parse::<usize>().ok()?))
+        };
+        let ((line, column), (last, end)) = (number(from)?, number(to)?);
+        if line == 0 || line > self.files[file.0 as usize].lines.len() {
+            return None;
+        }
+        let range = self.line_range(file, line);
+        let whole = &self.text(file)[range.clone()];
+        let (indent, length) = (whole.len() - whole.trim_start().len(), whole.trim_end().len().max(1));
+        let start = if column == 0 { indent } else { (column - 1).min(length) };
+        let end = if last == line && end > column { (end - 1).min(length) } else { length };
+        Some(Span::new(file, (range.start + start) as u32, (range.start + end.max(start)) as u32))
     }
 
     /// How the text is called, usually its path as the user gave it.

@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 use std::fmt;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
@@ -9,7 +10,8 @@ use indexmap::IndexMap;
 use super::flatten::{elaborate, roots};
 use super::library::{Library, ModuleId};
 use super::report::{Places, Report};
-use super::{Limits, Name, ParameterValue, read_file};
+use super::synthesis::{Design, Language, Synthesis};
+use super::{Limits, Name, ParameterText, ParameterValue, read_file};
 use crate::Timescale;
 use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Sources, Span};
 use crate::import::yosys::{self, Contents, Imported, Monitor, Origins};
@@ -129,12 +131,62 @@ pub fn load_with(path: impl AsRef<Path>, parameters: &[(&str, i64)]) -> Result<C
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct FileHandle(Kind);
 
+/// Warnings of Yosys without those that differ only in the number of a bit.
+fn once_each(warnings: &[String]) -> Vec<String> {
+    let mut told: IndexMap<String, (String, usize)> = IndexMap::new();
+    for warning in warnings {
+        let text = warning.trim_start_matches("Warning: ");
+        let same = text.split('[').map(|part| part.trim_start_matches(|c: char| c.is_ascii_digit())).collect();
+        told.entry(same).or_insert_with(|| (text.to_owned(), 0)).1 += 1;
+    }
+    let counted = told.into_values().map(|(text, count)| match count - 1 {
+        0 => text,
+        more => format!("{text} (and {more} more like it)"),
+    });
+    counted.collect()
+}
+
+/// What is wrong with a file that is something else by its name, and does not begin as a circuit.
+pub(crate) fn not_a_circuit(path: &Path) -> Option<Diagnostic> {
+    let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+    let mut begin = [0; 64];
+    let read = std::fs::metadata(path)
+        .is_ok_and(|m| m.is_file())
+        .then(|| std::fs::File::open(path).ok()?.read(&mut begin).ok());
+    let begin = &begin[..read.flatten().unwrap_or(0)];
+    if begin.trim_ascii_start().starts_with(b"{") {
+        return None;
+    }
+    let path = path.display();
+    if ["vcd", "fst", "ghw", "lxt", "lxt2", "vzt"].contains(&extension.as_str()) {
+        let fault = Diagnostic::new(Code::NotACircuit, format!("`{path}` is a waveform, not a circuit"));
+        return Some(fault.help(format!("look at it: `discreta wave {path}`")).help(format!(
+            "or drive a circuit with it: `discreta run CIRCUIT --stimulus {path}`, and compare with `--expect`"
+        )));
+    }
+    let (what, command) = match extension.as_str() {
+        "blif" => ("a netlist in BLIF", "read_blif"),
+        "il" | "rtlil" => ("a design of Yosys", "read_rtlil"),
+        "edif" | "edf" => ("a netlist in EDIF, which Yosys does not read either", ""),
+        "svh" | "vh" => ("included by Verilog, and no design of its own", ""),
+        _ => return None,
+    };
+    let fault = Diagnostic::new(Code::NotACircuit, format!("`{path}` is {what}"));
+    Some(if command.is_empty() {
+        fault
+    } else {
+        fault.help(format!("make it a netlist: yosys -p '{command} {path}; prep; write_json netlist.json'"))
+    })
+}
+
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Kind {
     /// A circuit file, by its number in the library.
     Circuit(usize),
     /// A netlist of Yosys.
     Yosys(FileId),
+    /// Verilog or its like, by its number among the sources.
+    Source(usize),
 }
 
 /// Reads circuit files and elaborates them, gathering every fault.
@@ -154,6 +206,10 @@ pub struct Loader {
     top: Option<(String, Span)>,
     /// What memories are to hold at first: the name, and the text.
     memories: Vec<(Name, FileId)>,
+    /// How Verilog is read.
+    synthesis: Synthesis,
+    /// Files of Verilog that were opened.
+    designs: Vec<PathBuf>,
 }
 
 impl Loader {
@@ -169,7 +225,14 @@ impl Loader {
             texts: HashMap::new(),
             top: None,
             memories: Vec::new(),
+            synthesis: Synthesis::default(),
+            designs: Vec::new(),
         }
+    }
+
+    /// How Verilog is read.
+    pub fn synthesis(&mut self) -> &mut Synthesis {
+        &mut self.synthesis
     }
 
     /// Reads a text file; the second time it is there already.
@@ -191,6 +254,11 @@ impl Loader {
         self.top = Some((name.to_owned(), Span::new(file, 0, name.len() as u32)));
     }
 
+    /// Runs this module of a file unless [`set_top`](Loader::set_top) has named one; `place` is where it is named.
+    pub fn set_default_top(&mut self, name: &str, place: Span) {
+        self.top.get_or_insert_with(|| (name.to_owned(), place));
+    }
+
     /// Fills a memory from a file as `$readmemh` does, unless that was asked for already; `place` is where the file is
     /// named. What is wrong with the file goes into `diagnostics`, now or when the circuit is elaborated.
     pub fn fill_memory(&mut self, name: Name, path: &Path, place: Span) {
@@ -209,8 +277,22 @@ impl Loader {
         &self.limits
     }
 
-    /// Reads a file and those that it imports: a circuit file, or a netlist of Yosys. `None` if it is neither.
+    /// Reads a file and those that it imports: a circuit file, a netlist of Yosys, or Verilog, which is read when it is
+    /// elaborated. `None` if it is none of them.
     pub fn open(&mut self, path: &Path) -> Option<FileHandle> {
+        if Language::of(path).is_some() {
+            self.designs.push(path.to_owned());
+            return Some(FileHandle(Kind::Source(self.designs.len() - 1)));
+        }
+        if let Some(fault) = not_a_circuit(path) {
+            self.diagnostics.push(fault);
+            return None;
+        }
+        if let Some(more) = self.synthesis.sources.first() {
+            let text = format!("`{}` is a circuit of its own, but `{}` comes with it", path.display(), more.display());
+            self.diagnostics.push(Diagnostic::new(Code::BadSource, text).help("only Verilog takes several files"));
+            return None;
+        }
         let text = self.read(path).map_err(|fault| self.diagnostics.push(fault)).ok()?;
         if yosys::is_yosys(self.sources.text(text)) {
             return Some(FileHandle(Kind::Yosys(text)));
@@ -276,6 +358,7 @@ impl Loader {
         let file = match file.0 {
             Kind::Circuit(file) => file,
             Kind::Yosys(text) => return self.import(text, parameters),
+            Kind::Source(number) => return self.synthesize(number, parameters),
         };
         for (name, _) in &self.memories {
             let fault = Diagnostic::new(Code::UnknownMemory, format!("the circuit has no memory `{}`", name.value));
@@ -289,6 +372,31 @@ impl Loader {
         let span = self.library.module(top).0.span;
         let monitors = Vec::new();
         Some(Circuit { netlist, parameters, simulation, simulation_span, span, monitors, places, origins: None })
+    }
+
+    /// The circuit of Verilog.
+    fn synthesize(&mut self, number: usize, parameters: &[(Name, ParameterValue)]) -> Option<Circuit> {
+        let parameters = parameters.iter().map(|(name, value)| {
+            let value = match &value.value {
+                ParameterText::Integer(n) => n.to_string(),
+                ParameterText::Number(text) | ParameterText::String(text) => text.trim().to_owned(),
+            };
+            (name.value.as_str(), value)
+        });
+        let path = &self.designs[number];
+        let top = self.top.as_ref().map(|(top, _)| top.as_str());
+        let design = Design { path, top, parameters: parameters.collect(), place: None };
+        let (netlist, warnings) =
+            self.synthesis.netlist(&design, &self.limits, &mut self.sources, &mut self.diagnostics)?;
+        for warning in once_each(&warnings) {
+            self.diagnostics.push(Diagnostic::new(Code::DoubtfulSource, warning));
+        }
+        let file = self.sources.add(format!("{} (as Yosys reads it)", path.display()), netlist);
+        // faults are shown in the source; what cannot be shown there is shown in the netlist
+        let texts: Vec<PathBuf> = std::iter::once(path).chain(&self.synthesis.sources).cloned().collect();
+        texts.iter().for_each(|path| _ = self.read(path));
+        self.sources.made(file, yosys::source_of);
+        self.import(file, &[])
     }
 
     /// The circuit of a netlist of Yosys.
@@ -305,7 +413,15 @@ impl Loader {
         });
         let contents: Vec<Contents<'_>> = contents.collect();
         let netlist = self.sources.text(text_file);
-        let imported = yosys::import(netlist, text_file, top, &contents, &self.limits, &mut self.diagnostics)?;
+        let imported = yosys::import(
+            netlist,
+            text_file,
+            top,
+            &contents,
+            &self.synthesis.black_boxes,
+            &self.limits,
+            &mut self.diagnostics,
+        )?;
         let Imported { builder, origins, monitors, span, parameters, simulation } = imported;
         let simulation = simulation.and_then(|text| {
             let name = format!("{}: discreta_simulation", self.sources.name(text_file));
@@ -366,7 +482,7 @@ impl Loader {
                 self.top.is_some() || self.library.file(file).top.is_some() || roots(&self.library, file).len() == 1
             }
             // what is wrong with it is to be told
-            Kind::Yosys(_) => true,
+            Kind::Yosys(_) | Kind::Source(_) => true,
         }
     }
 

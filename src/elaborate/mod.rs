@@ -10,12 +10,15 @@ mod load;
 mod report;
 mod scope;
 mod source;
+mod synthesis;
 
 use crate::syntax::{
     Block, Cell, CircuitFile, Direction, Expr, Limits, Module, Name, Names, Net, ParameterText, ParameterValue, Repeat,
     Signal, value_names,
 };
 
+pub(crate) use load::not_a_circuit;
 pub use load::{Circuit, FileHandle, LoadError, Loader, load, load_with};
 pub use source::read_file;
 pub(crate) use source::{normal, size};
+pub use synthesis::{Language, PROGRAMS, Synthesis};

@@ -7,14 +7,19 @@ use std::path::{Component, Path, PathBuf};
 use super::Limits;
 use crate::diag::{Code, Diagnostic, FileId, Sources, Span};
 
-/// Reads the text file `path`; `sources` calls it by its path as given. Never waits (for a pipe) and never reads more
-/// than [`Limits::file_size`] bytes.
+/// Reads the text file `path`, or standard input (`-`); `sources` calls it by its path as given. Never reads more than
+/// [`Limits::file_size`] bytes. A pipe is read once, and then known.
 ///
 /// # Errors
 /// A fault without a place: an import adds where it stands.
 pub fn read_file(path: &Path, limits: &Limits, sources: &mut Sources) -> Result<FileId, Diagnostic> {
     let name = path.display().to_string();
-    let size = size(path)?;
+    let stdin = name == "-";
+    let flows = stdin || is_pipe(path);
+    if let Some(known) = sources.find(&name).filter(|_| flows) {
+        return Ok(known);
+    }
+    let size = if flows { 0 } else { size(path)? };
     // Places are 32-bit offsets.
     let limit = limits.file_size.min(u64::from(u32::MAX) - 1);
     let too_large = |size: &str| {
@@ -24,11 +29,16 @@ pub fn read_file(path: &Path, limits: &Limits, sources: &mut Sources) -> Result<
     if size > limit {
         return Err(too_large(&format!("{size} bytes")));
     }
-    crate::files::reads(path);
-    let file = File::open(path).map_err(|e| failed(path, &e))?;
     let mut bytes = Vec::with_capacity(size as usize);
     // The size may be wrong (as in /proc) or grow.
-    file.take(limit + 1).read_to_end(&mut bytes).map_err(|e| failed(path, &e))?;
+    let read = if stdin {
+        io::stdin().lock().take(limit + 1).read_to_end(&mut bytes)
+    } else {
+        crate::files::reads(path);
+        let file = File::open(path).map_err(|e| failed(path, &e))?;
+        file.take(limit + 1).read_to_end(&mut bytes)
+    };
+    read.map_err(|e| failed(path, &e))?;
     if bytes.len() as u64 > limit {
         return Err(too_large("it grew"));
     }
@@ -52,6 +62,17 @@ pub fn read_file(path: &Path, limits: &Limits, sources: &mut Sources) -> Result<
                 .help("save it as UTF-8"))
         }
     }
+}
+
+/// Whether a path is a pipe, such as that of a shell's `<(command)`.
+fn is_pipe(path: &Path) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt as _;
+        std::fs::metadata(path).is_ok_and(|m| m.file_type().is_fifo() || m.file_type().is_socket())
+    }
+    #[cfg(not(unix))]
+    false
 }
 
 /// The size of a regular file. Does not open it: to open a pipe would wait for its writer.
@@ -198,7 +219,16 @@ mod tests {
         let pipe = dir.path().join("pipe");
         let made = std::process::Command::new("mkfifo").arg(&pipe).status();
         assert!(made.is_ok_and(|status| status.success()), "mkfifo");
-        assert!(read(&pipe).unwrap_err().contains("not a regular file"));
+        let write = |bytes: &'static [u8]| {
+            let pipe = pipe.clone();
+            std::thread::spawn(move || std::fs::write(pipe, bytes).is_ok())
+        };
+        let writer = write(b"{}");
+        assert_eq!(read(&pipe), Ok("{}".to_owned()));
+        assert!(writer.join().unwrap());
+        let writer = write(&[b' '; 200]);
+        assert!(read(&pipe).unwrap_err().starts_with("too-large"), "what flows is bounded too");
+        writer.join().unwrap();
         // Its size is said to be 0.
         if Path::new("/proc/self/status").exists() {
             assert!(read(Path::new("/proc/self/status")).unwrap_err().starts_with("too-large"));

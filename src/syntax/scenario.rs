@@ -30,12 +30,34 @@ pub struct ScenarioFile {
     /// Values of the top module's parameters.
     #[serde(default)]
     pub parameters: IndexMap<Name, Recover<ParameterValue>>,
+    /// How `circuit` is read, where it is Verilog.
+    pub verilog: Option<Recover<Verilog>>,
     /// Memories of a Yosys netlist, by their path, and the files that say what they hold at first, relative to this one: hex
     /// words as `$readmemh` reads them.
     #[serde(default)]
     pub memories: IndexMap<Name, Recover<Spanned<String>>>,
     /// What happens. Each field takes the place of the circuit's own; `inputs` and `clocks` name by name.
     pub simulation: Option<Recover<Simulation>>,
+}
+
+/// How Verilog is read.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Verilog {
+    /// More files of the design, relative to this one.
+    #[serde(default, deserialize_with = "json::every")]
+    pub sources: Vec<Spanned<String>>,
+    /// Folders in which `` `include `` looks, relative to this file.
+    #[serde(default, deserialize_with = "json::every")]
+    pub include: Vec<Spanned<String>>,
+    /// Macros: `NAME` or `NAME=VALUE`.
+    #[serde(default, deserialize_with = "json::every")]
+    pub define: Vec<Spanned<String>>,
+    /// The module to run. Default: the one that no other uses.
+    pub top: Option<Spanned<String>>,
+    /// Modules whose contents are left out: what they drive is x.
+    #[serde(default, deserialize_with = "json::every")]
+    pub black_boxes: Vec<Spanned<String>>,
 }
 
 /// What happens to a circuit.

@@ -17,6 +17,7 @@ mod prints;
 mod replay_order;
 mod start;
 mod stimulus;
+mod verilog;
 mod view;
 mod yosys;
 mod yosys_cells;

@@ -554,18 +554,6 @@ fn schemas_are_json() {
     }
 }
 
-/// Input that nobody would type, to see that it is refused and not guessed at.
-#[test]
-fn nothing_is_read_from_standard_input() {
-    let mut child =
-        discreta(&["check", "-"]).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    let _ = child.stdin.take().unwrap().write_all(b"{}");
-    let mut told = String::new();
-    child.stderr.take().unwrap().read_to_string(&mut told).unwrap();
-    assert!(told.contains("cannot read `-`"), "{told}");
-    assert_eq!(child.wait().unwrap().code(), Some(2));
-}
-
 /// What the command line gives an input holds for the whole run, whatever the circuit's own stimulus says.
 #[test]
 fn what_the_command_line_sets_holds() {

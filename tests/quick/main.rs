@@ -23,4 +23,5 @@ mod save;
 mod simulator;
 mod stats;
 mod traces;
+mod verilog;
 mod wave_text;

@@ -80,9 +80,13 @@ The page is one file and needs no network. In it, `?` lists the keys.
 If the nets xt and yt (and zt) are coordinates that dt clocks, the page also shows their path.
 Exit status: 0 made; 1 made, but the run hit its limit or an expectation failed; 2 usage, input or output.")]
 pub struct ViewArgs {
-    /// A circuit file, a scenario or a netlist of Yosys to run, or a waveform: VCD, FST or GHW
+    /// A circuit file, Verilog, a scenario or a netlist of Yosys to run, or a waveform: VCD, FST or GHW
     #[arg(value_name = "CIRCUIT|WAVEFORM", value_hint = ValueHint::FilePath)]
     pub what: PathBuf,
+
+    /// More files of the same design, if it is Verilog
+    #[arg(value_name = "MORE", value_hint = ValueHint::FilePath)]
+    pub more: Vec<PathBuf>,
 
     /// Write the page to a file (.html), or to standard output (-)
     #[arg(short, long, value_name = "FILE", default_value = "-", value_hint = ValueHint::FilePath)]

@@ -20,9 +20,13 @@ Examples:
 docs/drawing.md says how to read it, and what attributes it has for programs.
 Exit status: 0 drawn; 2 a faulty circuit, one too large for a picture, usage, input or output.")]
 pub struct DrawArgs {
-    /// The circuit file, a netlist of Yosys (write_json), or a scenario that names one
+    /// The circuit: a circuit file, Verilog, a netlist of Yosys (write_json), or a scenario that names one
     #[arg(value_name = "CIRCUIT", value_hint = ValueHint::FilePath)]
     pub circuit: PathBuf,
+
+    /// More files of the same design, if it is Verilog
+    #[arg(value_name = "MORE", value_hint = ValueHint::FilePath)]
+    pub more: Vec<PathBuf>,
 
     /// Go this many levels of modules and blocks down from the top
     ///

@@ -109,12 +109,24 @@ pub(super) fn clock(text: &str) -> Result<ClockOption, String> {
 #[derive(Args, Debug, Clone)]
 pub struct ElaborationArgs {
     /// Set a parameter of the top module; may be given several times
-    #[arg(short, long = "parameter", value_name = "NAME=VALUE", value_parser = assignment)]
+    #[arg(short, visible_short_alias = 'G', long = "parameter", value_name = "NAME=VALUE", value_parser = assignment)]
     pub parameter: Vec<Assignment>,
 
     /// Take this module of the file as the top
     #[arg(long, value_name = "MODULE")]
     pub top: Option<String>,
+
+    /// Look in this folder for files that Verilog includes; may be given several times
+    #[arg(short = 'I', long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub include: Vec<PathBuf>,
+
+    /// Define a macro of Verilog; may be given several times
+    #[arg(short = 'D', long, value_name = "NAME[=VALUE]")]
+    pub define: Vec<String>,
+
+    /// Leave out what is in this module of Verilog or of a netlist: what it drives is x; may be given several times
+    #[arg(long, value_name = "MODULE")]
+    pub blackbox: Vec<String>,
 
     /// Fill a memory of a Yosys netlist from a file as $readmemh does, e.g. cpu.ram=program.hex; may be given several times
     #[arg(long, value_name = "NAME=FILE", value_parser = assignment)]

@@ -26,9 +26,13 @@ Examples:
 The input named last changes fastest. docs/sweep.md says what the columns are.
 Exit status: 0 every run stopped as asked; 1 some did not, or differ, or it was interrupted; 2 usage, input or output.")]
 pub struct SweepArgs {
-    /// The circuit file, a netlist of Yosys (write_json), or a scenario that names one
+    /// The circuit: a circuit file, Verilog, a netlist of Yosys (write_json), or a scenario that names one
     #[arg(value_name = "CIRCUIT", value_hint = ValueHint::FilePath, required_unless_present = "join")]
     pub circuit: Option<PathBuf>,
+
+    /// More files of the same design, if it is Verilog
+    #[arg(value_name = "MORE", value_hint = ValueHint::FilePath)]
+    pub more: Vec<PathBuf>,
 
     /// Give an input each of these values: A..B, A..B..STEP or A,B,C; with several inputs, run every combination
     #[arg(long, value_name = "NET=A..B", value_parser = over, required_unless_present = "join")]

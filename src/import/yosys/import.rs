@@ -86,6 +86,8 @@ pub(super) struct Import<'f, 'a> {
     made: u64,
     /// What memories are to hold.
     contents: &'f [Contents<'f>],
+    /// Modules whose contents are left out.
+    black_boxes: &'f [String],
     /// The paths of all memories.
     memories: Vec<String>,
     /// How many bits memories hold so far.
@@ -102,6 +104,7 @@ pub fn import(
     source: FileId,
     top: Option<(&str, Span)>,
     contents: &[Contents<'_>],
+    black_boxes: &[String],
     limits: &Limits,
     diagnostics: &mut Diagnostics,
 ) -> Option<Imported> {
@@ -126,6 +129,7 @@ pub fn import(
         own_constants: false,
         made: 0,
         contents,
+        black_boxes,
         memories: Vec::new(),
         memory_bits: 0,
         full: false,
@@ -333,7 +337,9 @@ impl<'f, 'a> Import<'f, 'a> {
                 return self.too_large("cells", "cells", self.limits.cells, self.span_of(&cell.name));
             }
             self.at = origin + i as u32;
-            if let Type::Module(number) = *self.kind(cell.kind) {
+            if self.is_stub(cell) {
+                self.stub(here, cell);
+            } else if let Type::Module(number) = *self.kind(cell.kind) {
                 self.instance(here, cell, number);
             } else if let Type::MemoryPart = self.kind(cell.kind) {
                 parts.push(i);
@@ -388,6 +394,28 @@ impl<'f, 'a> Import<'f, 'a> {
         }
     }
 
+    /// Whether a cell is an instance of a module whose contents are to be left out.
+    fn is_stub(&self, cell: &Cell<'a>) -> bool {
+        let kind = self.file.terms.text(cell.kind).as_ref();
+        self.black_boxes.iter().any(|name| name == kind || top::original(kind) == Some(name))
+    }
+
+    /// An instance of such a module: its outputs are x, as far as the file says which ports are outputs.
+    fn stub(&mut self, here: &Here<'f, 'a>, cell: &Cell<'a>) {
+        let Type::Module(number) = *self.kind(cell.kind) else { return };
+        let inner = &self.file.modules[number];
+        for &(term, range) in here.module.connections(cell) {
+            let name = self.file.terms.text(term);
+            let port = inner.ports.iter().find(|p| p.name == *name);
+            if port.is_some_and(|p| self.direction(p) == Some(Direction::Output)) && !range.is_empty() {
+                self.own_constants = true;
+                let outer = self.bus(here, here.module.bits(range));
+                let unknown = self.builder.own_constant(&Value::unknown(range.len()));
+                self.builder.join(&outer, &unknown);
+            }
+        }
+    }
+
     fn instance(&mut self, here: &Here<'f, 'a>, cell: &Cell<'a>, number: usize) {
         let inner = &self.file.modules[number];
         let fault = |code, message: String| Diagnostic::new(code, message);
@@ -397,7 +425,10 @@ impl<'f, 'a> Import<'f, 'a> {
         let mut told = None;
         if inner.black_box {
             let message = format!("`{}` is a black box: the file has no contents for `{}`", cell.name, inner.name);
-            told = Some(fault(Code::UnsupportedCell, message).help("read its Verilog too before `write_json`"));
+            told = Some(fault(Code::UnsupportedCell, message).help(format!(
+                "read its Verilog too before `write_json`, or give `--blackbox {}`: what it drives is x",
+                inner.name
+            )));
         } else if here.depth >= self.limits.depth.min(DEEPEST) {
             let message = format!("modules are more than {} deep in one another", self.limits.depth.min(DEEPEST));
             told = Some(fault(Code::TooLarge, message).help("flatten it: `prep -flatten`"));

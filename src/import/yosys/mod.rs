@@ -54,9 +54,39 @@ pub fn is_yosys(text: &str) -> bool {
         || ports.flat_map(|p| p.values()).any(|p| p.bits.is_some())
 }
 
+/// What the source was of the thing whose name stands at `place` in a netlist as `write_json` lays it out: its attribute
+/// `src`, and for a port that of its net.
+pub fn source_of(text: &str, place: std::ops::Range<usize>) -> Option<&str> {
+    let line = text[..place.start].rfind('\n')? + 1;
+    let indent = text[line..].len() - text[line..].trim_start_matches(' ').len();
+    let end = format!("\n{}}}", &text[line..line + indent]);
+    let source = |from: usize| {
+        let body = &text[from..from + text[from..].find(&end)?];
+        body.split_once("\"src\": \"")?.1.split('"').next()
+    };
+    source(place.end).or_else(|| {
+        let nets = place.end + text[place.end..].find("\"netnames\": {")?;
+        let name = format!("\n{}{}\": {{", &text[line..line + indent], &text[line + indent..place.end]);
+        source(nets + text[nets..].find(&name)? + name.len())
+    })
+}
+
 #[cfg(test)]
 mod tests {
-    use super::is_yosys;
+    use super::{is_yosys, source_of};
+
+    #[test]
+    fn the_source_of_a_port_is_that_of_its_net() {
+        let text = "{\n  \"modules\": {\n    \"t\": {\n      \"attributes\": {\n        \"src\": \"t.v:1.1-9.2\"\n      },\n      \"ports\": {\n        \"a\": {\n          \"bits\": [ 2 ]\n        }\n      },\n      \"netnames\": {\n        \"a\": {\n          \"attributes\": {\n            \"src\": \"t.v:2.3-2.4\"\n          }\n        }\n      }\n    }\n  }\n}";
+        let of = |name: &str, nth: usize| {
+            let at = text.match_indices(name).nth(nth).unwrap().0 + 1;
+            source_of(text, at..at + 1)
+        };
+        assert_eq!(of("\"t\"", 0), Some("t.v:1.1-9.2"));
+        assert_eq!(of("\"a\"", 0), Some("t.v:2.3-2.4"));
+        assert_eq!(of("\"a\"", 1), Some("t.v:2.3-2.4"));
+        assert_eq!(source_of("{}", 1..2), None);
+    }
 
     #[test]
     fn recognised_by_content() {

@@ -7,7 +7,7 @@ use crate::diag::{Code, Diagnostic, Span};
 use crate::import::yosys::cells::Type;
 
 /// What a module was made of by giving parameters: `name` of `$paramod\\name\\W=…` and `$paramod$<hash>\\name`.
-fn original(name: &str) -> Option<&str> {
+pub(super) fn original(name: &str) -> Option<&str> {
     let (hash, rest) = name.strip_prefix("$paramod")?.split_once('\\')?;
     if hash.is_empty() { rest.split('\\').next() } else { Some(rest) }
 }

@@ -1,0 +1,160 @@
+//! Verilog as the command line takes it: through Yosys, with its faults at their lines, and read once for the same text.
+
+use std::path::Path;
+use std::process::Command;
+
+use needs::needs;
+
+use crate::support::{folder, repository};
+
+const SUB: &str = "module sub #(parameter W = 4) (input clk, input [W-1:0] d, output reg [W-1:0] q);
+  always @(posedge clk) q <= d + `STEP;
+endmodule
+";
+const TOP: &str = "`include \"step.vh\"
+module top #(parameter W = 4) (input clk, input [W-1:0] d, output [W-1:0] q);
+  sub #(.W(W)) u (.clk(clk), .d(d), .q(q));
+endmodule
+";
+
+/// Runs in a folder with a cache of its own; the exit status, standard output and standard error.
+fn discreta(folder: &Path, line: &str) -> (i32, String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_discreta"));
+    command.current_dir(folder).args(line.split_whitespace()).env("XDG_CACHE_HOME", folder.join("cache"));
+    let output = command.output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+}
+
+/// A new folder with files.
+fn with(name: &str, files: &[(&str, &str)]) -> std::path::PathBuf {
+    let folder = folder(name);
+    std::fs::remove_dir_all(&folder).unwrap();
+    for (name, text) in files {
+        let path = folder.join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    }
+    folder
+}
+
+fn entries(folder: &Path) -> Vec<std::path::PathBuf> {
+    std::fs::read_dir(folder.join("cache/discreta/yosys")).unwrap().map(|e| e.unwrap().path()).collect()
+}
+
+#[needs(yosys)]
+#[test]
+fn files_folders_macros_and_parameters_come_through() {
+    let folder = with("verilog_run", &[("sub.v", SUB), ("top.v", TOP), ("inc/step.vh", "`define STEP `BY\n")]);
+    for width in [1u32, 4, 63, 64, 65] {
+        let d = (1u128 << (width - 1)) + u128::from(width > 1);
+        let line =
+            format!("run top.v sub.v -I inc -D BY=3 -G W={width} --clock clk=10ns -s d={width}'b{d:b} --cycles 2");
+        let (status, text, told) = discreta(&folder, &line);
+        let expected = (d + 3) & ((1u128 << width) - 1);
+        let expected = if width > 64 { format!("{width}'b{expected:b}") } else { expected.to_string() };
+        assert_eq!(status, 0, "{told}");
+        assert!(text.contains(&format!("q = {expected}\n")), "{width}: {text}");
+    }
+    // wherever a circuit is taken
+    for line in
+        ["stats top.v sub.v -I inc -D BY=1", "check top.v sub.v -I inc -D BY=1", "draw top.v sub.v -I inc -D BY=1"]
+    {
+        let (status, _, told) = discreta(&folder, line);
+        assert_eq!(status, 0, "{line}: {told}");
+    }
+}
+
+#[needs(yosys)]
+#[test]
+fn what_was_read_is_read_again_only_if_it_changed() {
+    let folder = with("verilog_cache", &[("sub.v", SUB), ("top.v", TOP), ("inc/step.vh", "`define STEP 1\n")]);
+    let q = |expected: u32| {
+        let (status, text, told) = discreta(&folder, "run top.v sub.v -I inc --clock clk=10ns -s d=3 --cycles 2");
+        assert_eq!(status, 0, "{told}");
+        assert!(text.contains(&format!("q = {expected}\n")), "{text}");
+    };
+    q(4);
+    let first = entries(&folder);
+    assert_eq!(first.len(), 1);
+    let made = std::fs::metadata(&first[0]).unwrap().modified().unwrap();
+    q(4);
+    assert_eq!(std::fs::metadata(&first[0]).unwrap().modified().unwrap(), made, "made once");
+    // an included file is no argument, but counts
+    std::fs::write(folder.join("inc/step.vh"), "`define STEP 2\n").unwrap();
+    q(5);
+    std::fs::write(folder.join("sub.v"), SUB.replace("d +", "d -")).unwrap();
+    q(1);
+    // one that hides it
+    std::fs::create_dir_all(folder.join("inc")).unwrap();
+    std::fs::write(folder.join("step.vh"), "`define STEP 3\n").unwrap();
+    let found = discreta(&folder, "run top.v sub.v -I . -I inc --clock clk=10ns -s d=3 --cycles 2").1;
+    assert!(found.contains("q = 0\n"), "{found}");
+    // what is damaged counts for nothing
+    std::fs::write(folder.join("sub.v"), SUB).unwrap();
+    std::fs::remove_file(folder.join("step.vh")).unwrap();
+    for entry in entries(&folder) {
+        let text = std::fs::read_to_string(&entry).unwrap();
+        std::fs::write(&entry, text.split_once('\n').unwrap().1).unwrap();
+    }
+    q(5);
+}
+
+#[needs(yosys)]
+#[test]
+fn faults_are_shown_in_the_source() {
+    let bad = "module t(input a,\n  output b);\n  assign b = a +;\nendmodule\n";
+    let open = "module t(input clk, input d, output reg q);\n  always @(posedge clk) q <= d;\nendmodule\n";
+    let missing = "module t(input a, output b);\n  nosuch u (a, b);\nendmodule\n";
+    let folder = with("verilog_faults", &[("bad.v", bad), ("open.v", open), ("missing.v", missing)]);
+    let cases = [
+        ("check bad.v", 1, "--> bad.v:3:3"),
+        ("check bad.v", 1, "syntax error"),
+        ("run open.v", 2, "--> open.v:1:16"),
+        ("check missing.v", 1, "--blackbox NAME"),
+        ("check missing.v --top gone", 1, "`gone' not found"),
+        ("run none.v", 2, "there is no such file"),
+        ("run open.v -D A=1;2", 2, "Yosys cannot be given"),
+        ("run open.v ../x.json", 2, "no such file"),
+    ];
+    for (line, expected, part) in cases {
+        let (status, _, told) = discreta(&folder, line);
+        assert_eq!(status, expected, "{line}: {told}");
+        assert!(told.contains(part), "{line} does not say {part}: {told}");
+    }
+}
+
+#[needs(yosys)]
+#[test]
+fn what_a_black_box_drives_is_x() {
+    let design = "module ram(input [7:0] a, output [7:0] q);\n  assign q = a;\nendmodule
+module t(input [7:0] a, input s, output [7:0] y);\n  wire [7:0] q;\n  ram u (.a(a), .q(q));\n  assign y = s ? a : q;\nendmodule\n";
+    let folder = with("verilog_box", &[("t.v", design)]);
+    let y = |line: &str| discreta(&folder, line).1;
+    assert!(y("run t.v --time 4ns -s a=5 -s s=0").contains("y = 5\n"));
+    assert!(y("run t.v --time 4ns -s a=5 -s s=0 --blackbox ram").contains("y = 8'bxxxxxxxx\n"));
+    assert!(y("run t.v --time 4ns -s a=5 -s s=1 --blackbox ram").contains("y = 5\n"));
+}
+
+/// A netlist of cells counts the clocks that its gate lets through.
+#[needs(yosys)]
+#[test]
+fn a_library_of_cells_gives_its_netlist_a_meaning() {
+    let cells = repository("tests/verilog/cells");
+    let scenario = r#"{ "circuit": "counter.v", "verilog": { "sources": ["small.lib"] }, "simulation": {
+        "clocks": { "clk": { "period": 10 } }, "inputs": { "rst_n": 0, "en": 1 },
+        "stimulus": [{ "at": 8, "set": { "rst_n": 1 } }, { "at": 48, "set": { "en": 0 } }, { "at": 68, "set": { "en": 1 } }],
+        "limit": { "time": 109 },
+        "expect": [{ "net": "q", "value": 0, "at": 14 }, { "net": "q", "value": 0, "at": 47 }, { "net": "q", "value": 0, "at": 67 },
+                   { "net": "q", "value": 3, "at": 99 }] } }"#;
+    let read = |name: &str| std::fs::read_to_string(cells.join(name)).unwrap();
+    let folder = with(
+        "verilog_cells",
+        &[("counter.v", &read("counter.v")), ("small.lib", &read("small.lib")), ("s.json", scenario)],
+    );
+    let (status, text, told) = discreta(&folder, "test s.json");
+    assert_eq!(status, 0, "{text}{told}");
+    let (status, _, told) = discreta(&folder, "run small.lib");
+    assert_eq!(status, 2);
+    assert!(told.contains("a library of cells, and no circuit"), "{told}");
+}
