@@ -3,18 +3,20 @@
 
 use crate::value::Word;
 
-/// Steps of a combinational loop after which it counts as oscillating.
-pub(super) const STEPS: usize = 1_000_000;
 /// Rounds of clock edges within one evaluation phase after which it counts as endless.
-pub(super) const ROUNDS: usize = STEPS + 8;
+pub(super) const ROUNDS: usize = 1_000_008;
 /// Rounds after which it is looked whether the state comes back to what it was: no honest circuit has so many.
 pub(super) const HONEST_ROUNDS: usize = 1024;
 /// The most rounds in which the nets that clocked cells keep changing are looked for.
 pub(super) const SHOWN_ROUNDS: usize = 4096;
 /// Steps that an x has to get round an endless group.
 pub(super) const SPREADING: usize = 64;
-/// Steps in which the bits of an endless group that keep changing are looked for.
-const SHOWN_STEPS: usize = 4096;
+
+/// Steps after which a combinational loop counts as oscillating although its values have not come back, as those of a
+/// counter within it: many more than a value needs to go round all the words that it drives.
+pub(super) fn steps(words: usize) -> usize {
+    16_384 + words
+}
 
 /// Looks for a state that has been there before, by Brent's algorithm: the state of a round that is a power of two is kept
 /// and compared with those after it.
@@ -43,19 +45,19 @@ impl<T> Return<T> {
     }
 }
 
-/// The bits that change while a group goes round once more; `step` makes a step and gives its words after it.
+/// The bits that keep changing of an oscillating loop whose values have come back: those that do while it goes round once
+/// more; `step` makes a step and gives its words after it.
 pub(super) fn changing(start: &[Word], mut step: impl FnMut() -> Vec<Word>) -> Vec<u64> {
     let mut changing = vec![0; start.len()];
     let mut before = start.to_vec();
-    for _ in 0..SHOWN_STEPS {
+    loop {
         let after = step();
         for (bits, (old, new)) in changing.iter_mut().zip(before.iter().zip(&after)) {
             *bits |= old.difference(*new);
         }
         if after == start {
-            break;
+            return changing;
         }
         before = after;
     }
-    changing
 }

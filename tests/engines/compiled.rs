@@ -374,10 +374,7 @@ fn seeds(most: u64) -> std::ops::Range<u64> {
     number("FIRST").unwrap_or(0)..number("DISCRETA_SEEDS").unwrap_or(most)
 }
 
-/// Some of these circuits oscillate for the million steps that feedback may take, minutes each, so this is run by hand:
-/// `cargo test --release --test engines storage_that_controls -- --ignored`.
 #[test]
-#[ignore = "minutes for each circuit that oscillates"]
 fn storage_that_controls_itself_is_the_same_on_both_engines() {
     let seeds = seeds(1000);
     let first = seeds.start;

@@ -105,7 +105,16 @@ impl Build<'_> {
     fn close_group(&mut self, first: usize) {
         let p = &mut self.program;
         let ops = first..p.ops.len();
-        p.group_slots.push(p.ops[ops.clone()].iter().flat_map(|op| written(p, op)).collect());
+        let bits = |slot: u32| match p.slot_net.get(slot as usize) {
+            Some(&net) if net != u32::MAX => {
+                let word = slot - p.net_slot[net as usize];
+                word_mask(self.netlist.nets()[net as usize].width, word as usize)
+            }
+            _ => 0,
+        };
+        let slots = p.ops[ops.clone()].iter().flat_map(|op| written(p, op));
+        let slots = slots.map(|slot| (slot, bits(slot))).collect();
+        p.group_slots.push(slots);
         let gathers = ops.clone().filter(|&i| p.ops[i].code == Code::Gather);
         p.group_gathers.push(gathers.map(|i| i as u32).collect());
         p.groups.push(ops);

@@ -275,8 +275,8 @@ pub(super) struct Program {
     /// Operands of operations with many, each with its width.
     pub pool: Vec<(Operand, u32)>,
     pub groups: Vec<Range<usize>>,
-    /// Slots written in each group.
-    pub group_slots: Vec<Vec<u32>>,
+    /// Slots written in each group, and the bits of each that are a net's.
+    pub group_slots: Vec<Vec<(u32, u64)>>,
     /// Operations of each group that only bring bits together.
     pub group_gathers: Vec<Vec<u32>>,
     pub stores: Vec<Store>,

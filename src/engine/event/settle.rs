@@ -117,20 +117,22 @@ impl State {
                 return Ok(());
             }
         }
-        let slots = p.group_slots[group].clone();
-        let snapshot = |s: &State| -> Vec<Word> { slots.iter().map(|&slot| s.slots[slot as usize]).collect() };
+        let slots = &p.group_slots[group];
+        let snapshot = |s: &State| -> Vec<Word> { slots.iter().map(|at| s.slots[at.0 as usize]).collect() };
         let mut old = snapshot(self);
         let mut next_snapshot = 1;
-        for step in 1..endless::STEPS {
+        let mut came_back = false;
+        for step in 1..endless::steps(slots.len()) {
             if !self.step(p, group) {
                 return Ok(());
             }
-            let same = slots.iter().zip(&old).all(|(&slot, w)| self.slots[slot as usize] == *w);
+            let same = slots.iter().zip(&old).all(|(at, w)| self.slots[at.0 as usize] == *w);
             if same {
                 // the last step before it has settled changes nothing either, and leaves nothing to do
                 if !self.step(p, group) {
                     return Ok(());
                 }
+                came_back = true;
                 break;
             }
             if step == next_snapshot {
@@ -138,19 +140,23 @@ impl State {
                 next_snapshot *= 2;
             }
         }
-        Err(self.gate_oscillation(p, group))
+        Err(self.gate_oscillation(p, group, came_back))
     }
 
-    /// The slots that change while a group goes round once more. Where in its circle it is depends on how long it was
-    /// looked at, and nothing that comes after may see that: the bits that keep changing become x.
-    fn gate_oscillation(&mut self, p: &Program, group: usize) -> Oscillation {
-        let slots = p.group_slots[group].clone();
-        let now = |s: &State| -> Vec<Word> { slots.iter().map(|&slot| s.slots[slot as usize]).collect() };
-        let changing = endless::changing(&now(self), || {
-            self.step(p, group);
-            now(self)
-        });
-        for (&slot, &bits) in slots.iter().zip(&changing) {
+    /// The slots of a group that keep changing. Where it stands depends on how long it was looked at, and nothing that comes
+    /// after may see that: the bits that keep changing become x, all of them if it has only taken too many steps.
+    fn gate_oscillation(&mut self, p: &Program, group: usize, came_back: bool) -> Oscillation {
+        let slots = &p.group_slots[group];
+        let now = |s: &State| -> Vec<Word> { slots.iter().map(|at| s.slots[at.0 as usize]).collect() };
+        let changing = if came_back {
+            endless::changing(&now(self), || {
+                self.step(p, group);
+                now(self)
+            })
+        } else {
+            slots.iter().map(|at| at.1).collect()
+        };
+        for (&(slot, _), &bits) in slots.iter().zip(&changing) {
             self.put(p, slot, self.slots[slot as usize].with_x(bits));
         }
         for _ in 0..endless::SPREADING {
@@ -159,7 +165,7 @@ impl State {
             }
         }
         self.collect(p, group);
-        let slots = slots.into_iter().zip(changing).filter(|(_, bits)| *bits != 0).map(|(slot, _)| slot).collect();
+        let slots = slots.iter().zip(changing).filter(|(_, bits)| *bits != 0).map(|(at, _)| at.0).collect();
         Oscillation { slots, clocked: false }
     }
 

@@ -25,7 +25,8 @@ fn program(p: &Program) -> usize {
         size_of_val(c) + [&c.rising, &c.falling, &c.unknown].into_iter().map(|list| size_of_val(&**list)).sum::<usize>()
     });
     let narrow = p.narrows.iter().map(|n| size_of_val(n) + size_of_val(&*n.outputs));
-    let groups = p.group_slots.iter().chain(&p.group_gathers).map(|list| size_of_val(&**list));
+    let groups = p.group_slots.iter().map(|list| size_of_val(&**list));
+    let groups = groups.chain(p.group_gathers.iter().map(|list| size_of_val(&**list)));
     let operations = size_of_val(&*p.ops) + size_of_val(&*p.pool) + size_of_val(&*p.stores) + size_of_val(&*p.wakes);
     let nets = size_of_val(&*p.net_slot)
         + size_of_val(&*p.slot_net)

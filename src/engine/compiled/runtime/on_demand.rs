@@ -258,24 +258,4 @@ impl OnDemand {
         evaluate(kind, &ins, &mut views);
         outs
     }
-
-    /// Computes what some cells read that is no state.
-    pub fn fill(&mut self, h: &StateView<'_>, cells: &[CellId]) {
-        let mut found: Vec<(NetId, Vec<Word>)> = Vec::new();
-        {
-            let scratch = OnDemand::new(h.netlist, h.layout);
-            for &cell in cells {
-                for pin in 0..h.netlist.cell(cell).kind.inputs().len() {
-                    for s in h.netlist.input(cell, pin).iter().filter(|s| !h.netlist.constants().covers(s)) {
-                        if h.net(s.net).is_none() {
-                            found.push((s.net, scratch.read(h, s.net).to_vec()));
-                        }
-                    }
-                }
-            }
-        }
-        for (net, value) in found {
-            self.keep(h, Want::Net(net), value);
-        }
-    }
 }

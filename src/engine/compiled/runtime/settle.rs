@@ -135,6 +135,10 @@ impl CompiledEngine<'_> {
                                 }
                             }
                         }
+                        if self.memory[0].v != 0 {
+                            // code that takes it to be known would overwrite what has just become x
+                            return;
+                        }
                     }
                 }
             }
@@ -164,8 +168,9 @@ impl CompiledEngine<'_> {
 
     /// Runs all that is to be settled. Feedback that never settles is reported after all else has.
     pub(crate) fn settle_partitions(&mut self) -> Result<(), Unsettled> {
+        // a loop that never settles in this phase does not do so in another variant
+        self.settling.loop_runs.fill(0);
         loop {
-            self.settling.loop_runs.fill(0);
             self.ready();
             self.run_partitions(false);
             if self.memory[0].v == 0 {
