@@ -18,7 +18,7 @@ use crate::wave::Sink;
 use crate::wave::diff::Difference;
 
 /// The engine that the options choose.
-fn choose<'n>(netlist: &'n Netlist, choice: EngineChoice) -> Result<Box<dyn Engine + 'n>, CliError> {
+fn choose(netlist: &Netlist, choice: EngineChoice) -> Result<Box<dyn Engine>, CliError> {
     match choice {
         EngineChoice::Event => Ok(Box::new(EventEngine::new(netlist))),
         #[cfg(feature = "compiled")]

@@ -13,16 +13,16 @@ const PATIENCE: u64 = 20_000;
 const PATIENCE_PER_CELL: u64 = 400;
 
 #[derive(Debug)]
-enum Running<'n> {
+enum Running {
     Event(Box<EventEngine>),
-    Compiled(Box<CompiledEngine<'n>>),
+    Compiled(Box<CompiledEngine>),
 }
 
 /// The event engine, and after a while the compiled one; see [`Engine`].
 #[derive(Debug)]
-pub struct AutoEngine<'n> {
-    netlist: &'n Netlist,
-    running: Running<'n>,
+pub struct AutoEngine {
+    netlist: Netlist,
+    running: Running,
     observed: Vec<NetId>,
     traced: Vec<NetId>,
     /// Why the circuit is not compiled.
@@ -35,19 +35,28 @@ pub struct AutoEngine<'n> {
     settled: bool,
 }
 
-impl<'n> AutoEngine<'n> {
+impl AutoEngine {
     /// An engine at tick 0, with nothing settled yet.
     #[must_use]
-    pub fn new(netlist: &'n Netlist) -> AutoEngine<'n> {
+    pub fn new(netlist: &Netlist) -> AutoEngine {
         AutoEngine::with_patience(netlist, PATIENCE + PATIENCE_PER_CELL * netlist.cells().len() as u64)
     }
 
     /// The same, compiled after `patience` net changes.
     #[must_use]
-    pub fn with_patience(netlist: &'n Netlist, patience: u64) -> AutoEngine<'n> {
+    pub fn with_patience(netlist: &Netlist, patience: u64) -> AutoEngine {
         let running = Running::Event(Box::new(EventEngine::new(netlist)));
         let (observed, traced) = (Vec::new(), Vec::new());
-        AutoEngine { netlist, running, observed, traced, refused: None, patience, before: 0, settled: false }
+        AutoEngine {
+            netlist: netlist.clone(),
+            running,
+            observed,
+            traced,
+            refused: None,
+            patience,
+            before: 0,
+            settled: false,
+        }
     }
 
     fn engine(&self) -> &dyn Engine {
@@ -74,7 +83,7 @@ impl<'n> AutoEngine<'n> {
             && engine.changes().is_empty()
         {
             self.before = engine.net_changes();
-            match CompiledEngine::resume(self.netlist, engine, &self.observed, &self.traced) {
+            match CompiledEngine::resume(&self.netlist, engine, &self.observed, &self.traced) {
                 Ok(compiled) => self.running = Running::Compiled(Box::new(compiled)),
                 Err(why) => self.refused = Some(why),
             }
@@ -82,7 +91,7 @@ impl<'n> AutoEngine<'n> {
     }
 }
 
-impl Engine for AutoEngine<'_> {
+impl Engine for AutoEngine {
     fn now(&self) -> u64 {
         self.engine().now()
     }
@@ -154,7 +163,7 @@ impl Engine for AutoEngine<'_> {
         match (&self.running, &self.refused) {
             (Running::Compiled(_), _) => format!("{summary}; engine event before that, {} net changes", self.before),
             (_, Some(why)) => format!("{summary}; not compiled: {why}"),
-            (_, None) => match CompiledEngine::supports(self.netlist) {
+            (_, None) => match CompiledEngine::supports(&self.netlist) {
                 Ok(()) => format!("{summary}; too short to be compiled"),
                 Err(why) => format!("{summary}; not compiled: {why}"),
             },

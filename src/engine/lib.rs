@@ -48,7 +48,7 @@ pub struct UnknownControl {
 ///
 /// An instant has two evaluation phases. [`advance`](Engine::advance) runs the first of each, in which clocks and delays
 /// change; [`drive`](Engine::drive) and [`settle`](Engine::settle) run the second at the present tick.
-pub trait Engine: fmt::Debug {
+pub trait Engine: fmt::Debug + Send {
     /// The present tick.
     fn now(&self) -> u64;
 

@@ -20,7 +20,7 @@ use needs::needs;
 struct Pair<'n> {
     netlist: &'n Netlist,
     event: EventEngine,
-    compiled: CompiledEngine<'n>,
+    compiled: CompiledEngine,
 }
 
 impl<'n> Pair<'n> {
@@ -511,7 +511,7 @@ fn shipped_circuits_are_the_same_on_all_engines() {
         let circuit = discreta::circuit::load(repository(&format!("circuits/{path}.json"))).unwrap();
         let netlist = &circuit.netlist;
         let mut rng = Rng::named(path);
-        let mut engines: Vec<Box<dyn Engine + '_>> =
+        let mut engines: Vec<Box<dyn Engine>> =
             vec![Box::new(EventEngine::new(netlist)), Box::new(AutoEngine::with_patience(netlist, 500))];
         if let Ok(engine) = CompiledEngine::new(netlist) {
             engines.push(Box::new(engine));

@@ -72,7 +72,7 @@ fn registers() -> Netlist {
 
 struct Pair<'n> {
     event: EventEngine,
-    compiled: CompiledEngine<'n>,
+    compiled: CompiledEngine,
     netlist: &'n Netlist,
     now: u64,
 }

@@ -73,7 +73,7 @@ pub fn may_refuse(why: &str) {
 }
 
 #[cfg(feature = "compiled")]
-fn compiled(netlist: &Netlist) -> Vec<Box<dyn Engine + '_>> {
+fn compiled(netlist: &Netlist) -> Vec<Box<dyn Engine>> {
     match discreta::engine::CompiledEngine::new(netlist) {
         Ok(engine) => {
             count(|ran| ran.compiled += 1);
@@ -87,7 +87,7 @@ fn compiled(netlist: &Netlist) -> Vec<Box<dyn Engine + '_>> {
 }
 
 #[cfg(not(feature = "compiled"))]
-fn compiled(_: &Netlist) -> Vec<Box<dyn Engine + '_>> {
+fn compiled(_: &Netlist) -> Vec<Box<dyn Engine>> {
     Vec::new()
 }
 
@@ -163,7 +163,7 @@ pub struct Together<'n> {
     /// The nets that signals show, which all engines compute.
     nets: Vec<NetId>,
     event: EventEngine,
-    others: Vec<Box<dyn Engine + 'n>>,
+    others: Vec<Box<dyn Engine>>,
     lane: Option<Lane>,
     started: bool,
     instants: u64,

@@ -13,7 +13,7 @@ use super::ValueNames;
 use super::bus::{Bus, Part};
 use super::join::{Join, NONE};
 use super::wires::Wires;
-use super::{Cell, CellId, Direction, Driver, Fault, NetId, Netlist, Scope, ScopeId, Signal, SignalId, Slice};
+use super::{Cell, CellId, Content, Direction, Driver, Fault, NetId, Netlist, Scope, ScopeId, Signal, SignalId, Slice};
 use crate::Value;
 use crate::cell::{AddOp, CellKind, Edge, Flop, GateOp};
 use crate::timescale::Timescale;
@@ -360,13 +360,12 @@ impl Builder {
         let resolvers = join.resolve();
 
         static BUILT: AtomicU64 = AtomicU64::new(1);
-        let mut netlist = Netlist {
+        let mut netlist = Content {
             identity: BUILT.fetch_add(1, Ordering::Relaxed),
-            timescale: self.timescale,
             scopes: self.scopes,
             pin_ends: vec![0],
             nets: join.nets.clone(),
-            ..Netlist::default()
+            ..Content::default()
         };
         let first_cell = self.cells.len();
         for (draft, first_output) in self.cells.into_iter().zip(&join.first_outputs) {
@@ -409,7 +408,7 @@ impl Builder {
             let slices = netlist.signal_slices.len() as u32 - first_slice;
             netlist.signals.push(Signal { drive, first_slice, slices, ..named.signal });
         }
-        netlist
+        Netlist { timescale: self.timescale, content: Arc::new(netlist) }
     }
 
     /// Puts for each bit the one that stands for all that it was joined with.

@@ -118,7 +118,7 @@ impl Netlist {
     /// The bits that never change; found once, when they are first asked for.
     #[must_use]
     pub fn constants(&self) -> &Constants {
-        self.constants.get_or_init(|| Constants::new(self))
+        self.content.constants.get_or_init(|| Constants::new(self))
     }
 }
 

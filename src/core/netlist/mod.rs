@@ -159,10 +159,17 @@ impl Signal {
     }
 }
 
-/// A netlist. Build one with [`Builder`] or load a circuit file.
+/// A netlist. Build one with [`Builder`] or load a circuit file. A clone is the same netlist, not a copy of it: simulators
+/// on several threads share one.
 #[derive(Clone, Debug, Default)]
 pub struct Netlist {
     timescale: Timescale,
+    content: Arc<Content>,
+}
+
+/// What all clones of a netlist share.
+#[derive(Debug, Default)]
+struct Content {
     nets: Vec<Net>,
     cells: Vec<Cell>,
     /// End of each pin's slices in `slices`, for all pins of all cells in order; the first entry is 0.
@@ -192,31 +199,31 @@ impl Netlist {
     /// A number that tells it from every other netlist of this program; a clone has that of its original.
     #[must_use]
     pub fn identity(&self) -> u64 {
-        self.identity
+        self.content.identity
     }
 
     /// The nets.
     #[must_use]
     pub fn nets(&self) -> &[Net] {
-        &self.nets
+        &self.content.nets
     }
 
     /// The cells.
     #[must_use]
     pub fn cells(&self) -> &[Cell] {
-        &self.cells
+        &self.content.cells
     }
 
     /// The scopes; the first is the top, and a parent comes before its children.
     #[must_use]
     pub fn scopes(&self) -> &[Scope] {
-        &self.scopes
+        &self.content.scopes
     }
 
     /// The signals in the order of declaration.
     #[must_use]
     pub fn signals(&self) -> &[Signal] {
-        &self.signals
+        &self.content.signals
     }
 
     /// The ports of the top module in the order of declaration.
@@ -226,18 +233,18 @@ impl Netlist {
 
     /// Every cell's number.
     pub fn cell_ids(&self) -> impl ExactSizeIterator<Item = CellId> + use<> {
-        (0..self.cells.len() as u32).map(CellId)
+        (0..self.content.cells.len() as u32).map(CellId)
     }
 
     /// Every net's number.
     pub fn net_ids(&self) -> impl ExactSizeIterator<Item = NetId> + use<> {
-        (0..self.nets.len() as u32).map(NetId)
+        (0..self.content.nets.len() as u32).map(NetId)
     }
 
     /// For each net whether any cell reads it or it has a name. What has neither nobody can see.
     #[must_use]
     pub fn used(&self) -> Vec<bool> {
-        let mut used = vec![false; self.nets.len()];
+        let mut used = vec![false; self.content.nets.len()];
         let pins = |cell: CellId| (0..self.cell(cell).kind.inputs().len()).map(move |pin| (cell, pin));
         let read = self.cell_ids().flat_map(pins).flat_map(|(cell, pin)| self.input(cell, pin));
         let named = self.signal_ids().flat_map(|signal| self.bits(signal));
@@ -247,39 +254,39 @@ impl Netlist {
 
     /// Every signal's number.
     pub fn signal_ids(&self) -> impl ExactSizeIterator<Item = SignalId> + use<> {
-        (0..self.signals.len() as u32).map(SignalId)
+        (0..self.content.signals.len() as u32).map(SignalId)
     }
 
     /// A cell.
     #[must_use]
     pub fn cell(&self, id: CellId) -> &Cell {
-        &self.cells[id.index()]
+        &self.content.cells[id.index()]
     }
 
     /// A net.
     #[must_use]
     pub fn net(&self, id: NetId) -> Net {
-        self.nets[id.index()]
+        self.content.nets[id.index()]
     }
 
     /// A signal.
     #[must_use]
     pub fn signal(&self, id: SignalId) -> &Signal {
-        &self.signals[id.index()]
+        &self.content.signals[id.index()]
     }
 
     /// The bits of a signal, the least significant slice first.
     #[must_use]
     pub fn bits(&self, id: SignalId) -> &[Slice] {
         let s = self.signal(id);
-        &self.signal_slices[s.first_slice as usize..(s.first_slice + s.slices) as usize]
+        &self.content.signal_slices[s.first_slice as usize..(s.first_slice + s.slices) as usize]
     }
 
     /// What input pin `index` of a cell is connected to, the least significant slice first; empty if to nothing.
     #[must_use]
     pub fn input(&self, cell: CellId, index: usize) -> &[Slice] {
         let pin = self.cell(cell).first_pin as usize + index;
-        &self.slices[self.pin_ends[pin] as usize..self.pin_ends[pin + 1] as usize]
+        &self.content.slices[self.content.pin_ends[pin] as usize..self.content.pin_ends[pin + 1] as usize]
     }
 
     /// The net that output pin `index` of a cell drives.
@@ -306,7 +313,7 @@ impl Netlist {
     fn clock_source(&self, mut bit: Slice) -> (Slice, bool) {
         let mut inverted = false;
         // inverters may stand in a circle
-        for _ in 0..self.cells.len() {
+        for _ in 0..self.content.cells.len() {
             let Driver::Cell(from, _) = self.net(bit.net).driver else { break };
             let CellKind::Gate { op: op @ (GateOp::Buf | GateOp::Not), width: 1, .. } = self.cell(from).kind else {
                 break;
@@ -320,7 +327,7 @@ impl Netlist {
 
     /// The path of a scope below the top, with a dot after it unless it is the top: `adder.fa[3].`.
     fn prefix(&self, scope: ScopeId) -> String {
-        let scope = &self.scopes[scope.index()];
+        let scope = &self.content.scopes[scope.index()];
         match scope.parent {
             None => String::new(),
             Some(parent) => format!("{}{}.", self.prefix(parent), scope.name),
@@ -374,7 +381,7 @@ impl Netlist {
 
     /// How many scopes there are around a scope.
     fn depth(&self, scope: ScopeId) -> usize {
-        self.scopes[scope.index()].parent.map_or(0, |parent| 1 + self.depth(parent))
+        self.content.scopes[scope.index()].parent.map_or(0, |parent| 1 + self.depth(parent))
     }
 
     /// A name for a net: the signal that shows it, of several one that no tool made up, the one nearest to the top and

@@ -31,7 +31,7 @@ pub struct Loop {
 impl Netlist {
     /// From each net to the cells that read it.
     pub(super) fn readers_of_nets(&self) -> Graph {
-        Graph::new(self.nets.len(), |f| {
+        Graph::new(self.nets().len(), |f| {
             for to in self.cell_ids() {
                 for pin in 0..self.cell(to).kind.inputs().len() {
                     self.input(to, pin).iter().for_each(|s| f(s.net.0, to.0));
@@ -70,7 +70,7 @@ impl Netlist {
     /// An evaluation order; found once, when it is first asked for.
     #[must_use]
     pub fn order(&self) -> &Order {
-        self.order.get_or_init(|| {
+        self.content.order.get_or_init(|| {
             let nodes = Nodes::new(self);
             let sorted = self.readers_at_once(&nodes).sorted();
             let ports = sorted.sequence.iter().enumerate();

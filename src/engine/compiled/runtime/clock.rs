@@ -8,7 +8,7 @@ use crate::compiled::runtime::variants::{FUNCTION_SIZE, Request};
 use crate::compiled::runtime::{CompiledEngine, MOST_BAIL_OUTS, NEVER, PATIENCE, bit_of};
 use crate::value::Word;
 
-impl CompiledEngine<'_> {
+impl CompiledEngine {
     /// Changes an input of one bit to and fro, up to `most` times (which is odd, or it goes back to where it was), until
     /// an observed net changes, as straight code. `at` is when it does so first and how long it then stays 0 and 1. How many
     /// times it did, and whether it can do so at all.
@@ -40,7 +40,7 @@ impl CompiledEngine<'_> {
         };
         let buses = variant.buses.clone();
         let mut end = self.memory.len() as u32;
-        let made = variant.edge_loops(self.netlist, &request, slot, &mut end)?;
+        let made = variant.edge_loops(&self.netlist, &request, slot, &mut end)?;
         self.memory.resize(end as usize, Word::ZERO);
         self.observation.tracing.log.shapes.append(&mut made.shapes);
         let net = self.layout.leaf_net[(slot - self.layout.leaves.start) as usize];

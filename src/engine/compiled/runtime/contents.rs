@@ -16,19 +16,19 @@ fn memory_of(netlist: &Netlist, cell: CellId) -> &Memory {
     memory
 }
 
-impl CompiledEngine<'_> {
+impl CompiledEngine {
     /// What the read ports among those that have made their edge take, and then what the write ports write.
     pub(crate) fn commit_ports(&mut self) {
         let mut ports: Vec<u32> = self.settling.active.iter().copied().filter(|&n| self.is_port(n)).collect();
         ports.sort_unstable();
         ports.dedup();
-        let netlist = self.netlist;
+        let netlist = self.netlist.clone();
         let mut rest = &ports[..];
         while let Some(&first) = rest.first() {
             let cell = self.stored(first).cell;
             let (of_one, after) = rest.split_at(rest.partition_point(|&n| self.stored(n).cell <= cell));
             rest = after;
-            let memory = memory_of(netlist, cell);
+            let memory = memory_of(&netlist, cell);
             let reads = of_one.iter().copied().filter(|&n| matches!(self.stored(n).part, Part::Read(_)));
             let taken: Vec<(Stored, Vec<Word>)> =
                 reads.map(|n| (self.stored(n), self.port_reads(self.stored(n), of_one))).collect();
@@ -56,7 +56,7 @@ impl CompiledEngine<'_> {
 
     /// What a read port that has made its edge has after it, where `ports` are all of its memory that have.
     pub(crate) fn port_reads(&self, s: Stored, ports: &[u32]) -> Vec<Word> {
-        let memory = memory_of(self.netlist, s.cell);
+        let memory = memory_of(&self.netlist, s.cell);
         let Part::Read(port) = s.part else { unreachable!("it reads") };
         let stage = &self.memory[s.stage.index()..];
         let c = ReadControls { en: stage[0], arst: stage[1], srst: stage[2] };
@@ -70,7 +70,7 @@ impl CompiledEngine<'_> {
     pub(crate) fn take_contents(&mut self, from: &EventEngine) {
         for i in 0..self.layout.memories.len() {
             let place = &self.layout.memories[i];
-            let memory = memory_of(self.netlist, place.cell);
+            let memory = memory_of(&self.netlist, place.cell);
             if let Some(given) = from.contents(place.cell) {
                 self.memory[place.contents.index()..][..place.len as usize].copy_from_slice(given);
             }

@@ -42,8 +42,8 @@ pub(crate) const NEVER: u64 = u64::MAX;
 
 /// The engine that compiles; see [`Engine`] and `docs/engines.md`.
 #[derive(Debug)]
-pub struct CompiledEngine<'n> {
-    netlist: &'n Netlist,
+pub struct CompiledEngine {
+    netlist: Netlist,
     layout: StateLayout,
     /// What every slot holds: inputs and state, the contents of memories, nets that are kept, and what generated code
     /// keeps for itself.
@@ -56,7 +56,7 @@ pub struct CompiledEngine<'n> {
     on_demand: OnDemand,
 }
 
-impl<'n> CompiledEngine<'n> {
+impl CompiledEngine {
     /// Whether the engine can run a netlist, and if not, why.
     ///
     /// # Errors
@@ -70,7 +70,7 @@ impl<'n> CompiledEngine<'n> {
     ///
     /// # Errors
     /// What the netlist has that is not compiled.
-    pub fn new(netlist: &'n Netlist) -> Result<CompiledEngine<'n>, CompileError> {
+    pub fn new(netlist: &Netlist) -> Result<CompiledEngine, CompileError> {
         CompiledEngine::with_partition_size(netlist, PARTITION_SIZE)
     }
 
@@ -78,7 +78,7 @@ impl<'n> CompiledEngine<'n> {
     ///
     /// # Errors
     /// What the netlist has that is not compiled.
-    pub fn with_partition_size(netlist: &'n Netlist, partition: usize) -> Result<CompiledEngine<'n>, CompileError> {
+    pub fn with_partition_size(netlist: &Netlist, partition: usize) -> Result<CompiledEngine, CompileError> {
         CompiledEngine::supports(netlist)?;
         // slot 0 has the guard
         let layout = StateLayout::new(netlist, 1);
@@ -92,7 +92,7 @@ impl<'n> CompiledEngine<'n> {
         let watches = layout.pins.iter().map(watch).collect();
         let control_seen = layout.controls.iter().map(|c| bit(c.0).is_known()).collect();
         let mut engine = CompiledEngine {
-            netlist,
+            netlist: netlist.clone(),
             memory,
             observation: Observation::new(netlist),
             variants: Variants::new(&layout, partition),
@@ -115,11 +115,11 @@ impl<'n> CompiledEngine<'n> {
     /// # Errors
     /// What the netlist has that is not compiled.
     pub(crate) fn resume(
-        netlist: &'n Netlist,
+        netlist: &Netlist,
         from: &EventEngine,
         observed: &[NetId],
         traced: &[NetId],
-    ) -> Result<CompiledEngine<'n>, CompileError> {
+    ) -> Result<CompiledEngine, CompileError> {
         let mut engine = CompiledEngine::new(netlist)?;
         let given = from.hand_over();
         for i in 0..engine.layout.leaf_net.len() {
@@ -218,7 +218,7 @@ impl<'n> CompiledEngine<'n> {
     /// Gives a net a place with its present value, if it has none.
     fn place(&mut self, net: NetId) {
         if self.layout.slot[net.index()].is_none() {
-            let now = if self.settling.started { self.read(net).to_vec() } else { layout::initial(self.netlist, net) };
+            let now = if self.settling.started { self.read(net).to_vec() } else { layout::initial(&self.netlist, net) };
             self.layout.slot[net.index()] = Some(Slot::at(self.memory.len()));
             self.memory.extend(now);
         }
@@ -235,14 +235,14 @@ impl<'n> CompiledEngine<'n> {
     }
 }
 
-impl Engine for CompiledEngine<'_> {
+impl Engine for CompiledEngine {
     fn now(&self) -> u64 {
         self.clocks.now
     }
 
     fn read(&self, net: NetId) -> &[Word] {
         let keeps = self.variants.current.map_or(Keeps::All, |n| Keeps::These(&self.variants.list[n].keeps));
-        let held = StateView { netlist: self.netlist, layout: &self.layout, memory: &self.memory, keeps };
+        let held = StateView { netlist: &self.netlist, layout: &self.layout, memory: &self.memory, keeps };
         match held.net(net) {
             Some(value) => value,
             None => self.on_demand.read(&held, net),
@@ -367,5 +367,5 @@ pub(crate) fn bit_of(w: Word, shift: u32) -> Word {
 /// An engine can be made in one thread and run in another: whoever embeds it may need that.
 const _: fn() = || {
     fn moves<T: Send>() {}
-    moves::<CompiledEngine<'_>>();
+    moves::<CompiledEngine>();
 };

@@ -28,7 +28,7 @@ impl Looks {
     }
 }
 
-impl CompiledEngine<'_> {
+impl CompiledEngine {
     /// The first unknown slot of state from a place on, round to it.
     pub(crate) fn find_unknown(&self) -> Option<Slot> {
         let Slots { start, end } = self.layout.leaves;

@@ -12,7 +12,7 @@ use crate::{UnknownControl, Unsettled, endless};
 /// Runs of the partition of a loop that never settles.
 const ENDLESS: u32 = u32::MAX;
 
-impl CompiledEngine<'_> {
+impl CompiledEngine {
     /// The number of a variant in which these slots of state may be unknown, or all.
     pub(crate) fn variant(&mut self, unknown: Option<Vec<Slot>>) -> usize {
         if let Some(found) = self.variants.list.iter().position(|f| f.unknown == unknown) {
@@ -20,7 +20,7 @@ impl CompiledEngine<'_> {
         }
         let request = self.request();
         let mut end = self.memory.len() as u32;
-        let variant = Variant::new(self.netlist, &request, unknown, &mut end);
+        let variant = Variant::new(&self.netlist, &request, unknown, &mut end);
         let variant = variant.unwrap_or_else(|e| panic!("code for the circuit cannot be made: {e}"));
         self.memory.resize(end as usize, Word::ZERO);
         self.variants.list.push(variant);
@@ -111,10 +111,10 @@ impl CompiledEngine<'_> {
                         let bit = codegen::dirty_bit(variant.settling, number as u32).1;
                         *word_of(&mut self.memory, at) &= !bit;
                         let settled =
-                            self.settling.fixpoint.run(self.netlist, &self.layout, &mut self.memory, group as usize);
+                            self.settling.fixpoint.run(&self.netlist, &self.layout, &mut self.memory, group as usize);
                         // from what they came to the code goes on
                         for (_, slots) in
-                            feedback::places(self.netlist, &self.layout, &self.layout.loops[group as usize])
+                            feedback::places(&self.netlist, &self.layout, &self.layout.loops[group as usize])
                         {
                             for slot in slots {
                                 for &(word, bits) in variant.wakes(Slot::at(slot)) {

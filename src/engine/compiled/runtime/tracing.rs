@@ -97,7 +97,7 @@ impl Tracing {
     }
 }
 
-impl CompiledEngine<'_> {
+impl CompiledEngine {
     pub(crate) fn request(&self) -> Request<'_> {
         let shapes = self.observation.tracing.log.shapes.len();
         Request {
