@@ -9,9 +9,7 @@ use super::report::time;
 use super::{CliError, interrupt, replay};
 use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::elaborate::Loader;
-#[cfg(feature = "compiled")]
-use crate::engine::{AutoEngine, CompiledEngine};
-use crate::engine::{Engine, EventEngine, Unsettled};
+use crate::engine::{Engine, EngineKind, Unsettled};
 use crate::netlist::{Driver, Netlist};
 use crate::scenario::{Control, Outcome, Replay, RunError, Scenario};
 use crate::wave::Sink;
@@ -19,19 +17,16 @@ use crate::wave::diff::Difference;
 
 /// The engine that the options choose.
 fn choose(netlist: &Netlist, choice: EngineChoice) -> Result<Box<dyn Engine>, CliError> {
-    match choice {
-        EngineChoice::Event => Ok(Box::new(EventEngine::new(netlist))),
+    let kind = match choice {
+        EngineChoice::Auto => EngineKind::Auto,
+        EngineChoice::Event => EngineKind::Event,
         #[cfg(feature = "compiled")]
-        EngineChoice::Auto => Ok(Box::new(AutoEngine::new(netlist))),
-        #[cfg(not(feature = "compiled"))]
-        EngineChoice::Auto => Ok(Box::new(EventEngine::new(netlist))),
-        #[cfg(feature = "compiled")]
-        EngineChoice::Compiled => match CompiledEngine::new(netlist) {
-            Ok(engine) => Ok(Box::new(engine)),
-            Err(why) => Err(CliError::usage(format!("the circuit cannot be compiled: {why}"))
-                .with_hint("leave out --engine, or give --engine event: the results are the same")),
-        },
-    }
+        EngineChoice::Compiled => EngineKind::Compiled,
+    };
+    kind.engine(netlist).map_err(|why| {
+        CliError::usage(why.to_string())
+            .with_hint("leave out --engine, or give --engine event: the results are the same")
+    })
 }
 
 /// Runs a scenario on the engine that the options choose, with progress. Where a waveform drives it that it is to be

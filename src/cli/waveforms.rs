@@ -49,5 +49,6 @@ fn is_special(path: &Path) -> bool {
 /// # Errors
 /// One that cannot be written.
 pub(super) fn open(places: &[Place]) -> Result<Vec<Box<dyn Sink>>, CliError> {
-    Ok(places.iter().map(|place| wave::open(&place.path, place.kind)).collect::<Result<_, _>>()?)
+    let open = |place: &Place| wave::open(&place.path, place.kind).map(|sink| -> Box<dyn Sink> { sink });
+    Ok(places.iter().map(open).collect::<Result<_, _>>()?)
 }

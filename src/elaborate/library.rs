@@ -50,6 +50,27 @@ impl Library {
                 return None;
             }
         };
+        self.open_imports(first, limits, sources, diagnostics);
+        Some(root)
+    }
+
+    /// The same of a text that has been read; imports are relative to its name.
+    pub fn open_text(
+        &mut self,
+        source: FileId,
+        limits: &Limits,
+        sources: &mut Sources,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<usize> {
+        let first = self.files.len();
+        let circuit = CircuitFile::parse(sources, source, diagnostics)?;
+        self.files.push(Loaded { source, circuit, imports: Vec::new(), misses: false });
+        self.open_imports(first, limits, sources, diagnostics);
+        Some(first)
+    }
+
+    /// Reads all that the files from `first` on import.
+    fn open_imports(&mut self, first: usize, limits: &Limits, sources: &mut Sources, diagnostics: &mut Diagnostics) {
         let mut next = first;
         while next < self.files.len() {
             let base = PathBuf::from(sources.name(self.files[next].source));
@@ -74,7 +95,6 @@ impl Library {
             next += 1;
         }
         self.check(first, diagnostics);
-        Some(root)
     }
 
     fn read(

@@ -33,6 +33,8 @@ pub struct Circuit {
     pub span: Span,
     /// What says something while it runs: the assertions and messages of a netlist of Yosys.
     pub monitors: Vec<Monitor>,
+    /// What is doubtful in the files, each as it is shown to people; a [`Loader`] has it in its diagnostics instead.
+    pub warnings: Vec<String>,
     places: Places,
     /// Where a netlist of another tool comes from.
     origins: Option<Origins>,
@@ -109,21 +111,48 @@ pub fn load(path: impl AsRef<Path>) -> Result<Circuit, LoadError> {
 /// # Errors
 /// With every fault of the file and of those that it imports.
 pub fn load_with(path: impl AsRef<Path>, parameters: &[(&str, i64)]) -> Result<Circuit, LoadError> {
+    loaded(parameters, |loader| loader.open(path.as_ref()))
+}
+
+/// Loads a circuit from the text of a file, a circuit file or a netlist of Yosys. What is wrong with it is told as being in
+/// `name`, and imports are relative to that.
+///
+/// ```
+/// let text = r#"{ "modules": { "top": {
+///     "ports": { "a": { "direction": "input" }, "y": { "direction": "output" } },
+///     "cells": { "n": { "type": "not", "connections": { "a": "a", "y": "y" } } } } } }"#;
+/// let circuit = discreta::circuit::load_text("top.json", text, &[])?;
+/// assert!(circuit.netlist.find("y").is_some());
+/// # Ok::<(), discreta::circuit::LoadError>(())
+/// ```
+///
+/// # Errors
+/// With every fault of the text and of the files that it imports.
+pub fn load_text(name: &str, text: &str, parameters: &[(&str, i64)]) -> Result<Circuit, LoadError> {
+    loaded(parameters, |loader| loader.open_text(name, text))
+}
+
+fn loaded(
+    parameters: &[(&str, i64)],
+    open: impl FnOnce(&mut Loader) -> Option<FileHandle>,
+) -> Result<Circuit, LoadError> {
     let mut loader = Loader::new(Limits::default());
     let mut overrides = Vec::new();
     for (name, value) in parameters {
         overrides.push(loader.parameter(name, &value.to_string()));
     }
-    let circuit = loader.open(path.as_ref()).and_then(|file| loader.elaborate(file, &overrides));
+    let circuit = open(&mut loader).and_then(|file| loader.elaborate(file, &overrides));
+    loader.diagnostics.sort();
     match circuit {
-        Some(circuit) if !loader.diagnostics.has_errors() => Ok(circuit),
-        _ => {
-            loader.diagnostics.sort();
-            Err(LoadError {
-                rendered: loader.diagnostics.render(&loader.sources, false),
-                diagnostics: loader.diagnostics,
-            })
+        Some(mut circuit) if !loader.diagnostics.has_errors() => {
+            let warnings = loader.diagnostics.iter().map(|d| d.render(&loader.sources, false));
+            circuit.warnings = warnings.map(|text| text.trim_end().to_owned()).collect();
+            Ok(circuit)
         }
+        _ => Err(LoadError {
+            rendered: loader.diagnostics.render(&loader.sources, false),
+            diagnostics: loader.diagnostics,
+        }),
     }
 }
 
@@ -301,6 +330,16 @@ impl Loader {
         file.map(|file| FileHandle(Kind::Circuit(file)))
     }
 
+    /// The same with a text that is there already; `name` is what faults call it, and imports are relative to it.
+    pub fn open_text(&mut self, name: &str, text: &str) -> Option<FileHandle> {
+        let source = self.sources.add(name, text.to_owned());
+        if yosys::is_yosys(text) {
+            return Some(FileHandle(Kind::Yosys(source)));
+        }
+        let file = self.library.open_text(source, &self.limits, &mut self.sources, &mut self.diagnostics);
+        file.map(|file| FileHandle(Kind::Circuit(file)))
+    }
+
     /// A parameter given outside of any file, as on a command line; faults will show it as `-p NAME=VALUE`.
     pub fn parameter(&mut self, name: &str, value: &str) -> (Name, ParameterValue) {
         let text = format!("{name}={value}");
@@ -371,7 +410,17 @@ impl Loader {
         let simulation = simulation.and_then(|s| s.value.as_ref()).cloned();
         let span = self.library.module(top).0.span;
         let monitors = Vec::new();
-        Some(Circuit { netlist, parameters, simulation, simulation_span, span, monitors, places, origins: None })
+        Some(Circuit {
+            netlist,
+            parameters,
+            simulation,
+            simulation_span,
+            span,
+            monitors,
+            warnings: Vec::new(),
+            places,
+            origins: None,
+        })
     }
 
     /// The circuit of Verilog.
@@ -441,6 +490,7 @@ impl Loader {
             simulation_span,
             span,
             monitors,
+            warnings: Vec::new(),
             places: Places::default(),
             origins: Some(origins),
         })

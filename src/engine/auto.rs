@@ -3,9 +3,12 @@
 //!
 //! When that is depends on the run alone, not on the machine. Both give the same values, so nobody can tell.
 
-use super::{CompileError, CompiledEngine, Engine, EventEngine, Log, UnknownControl, Unsettled};
+use super::{
+    CompileError, CompiledEngine, Engine, EventEngine, Log, Refused, Snapshot, SnapshotError, UnknownControl, Unsettled,
+};
+use crate::Value;
 use crate::cell::Clock;
-use crate::netlist::{NetId, Netlist};
+use crate::netlist::{CellId, NetId, Netlist, Slice};
 use crate::value::Word;
 
 /// Net changes of the event engine, and those for each cell, in about as long as code takes to be made.
@@ -79,6 +82,7 @@ impl AutoEngine {
         if let Running::Event(engine) = &self.running
             && self.settled
             && self.refused.is_none()
+            && !engine.is_forced()
             && engine.net_changes() >= self.patience
             && engine.changes().is_empty()
         {
@@ -108,6 +112,10 @@ impl Engine for AutoEngine {
     fn trace(&mut self, net: NetId) {
         self.traced.push(net);
         self.engine_mut().trace(net);
+    }
+
+    fn logs(&self) -> bool {
+        self.engine().logs()
     }
 
     fn log(&mut self) -> Option<&mut Log> {
@@ -156,6 +164,44 @@ impl Engine for AutoEngine {
 
     fn events(&self) -> Option<u64> {
         self.engine().events()
+    }
+
+    fn force(&mut self, bits: Slice, value: &[Word]) -> Result<(), Refused> {
+        self.settled = false;
+        self.engine_mut().force(bits, value)
+    }
+
+    fn release(&mut self, bits: Slice) {
+        self.settled = false;
+        self.engine_mut().release(bits);
+    }
+
+    fn is_forced(&self) -> bool {
+        self.engine().is_forced()
+    }
+
+    fn deposit(&mut self, bits: Slice, value: &[Word]) -> Result<(), Refused> {
+        self.settled = false;
+        self.engine_mut().deposit(bits, value)
+    }
+
+    fn contents(&self, cell: CellId) -> Option<&[Word]> {
+        self.engine().contents(cell)
+    }
+
+    fn set_contents(&mut self, cell: CellId, index: u32, value: &Value) -> bool {
+        self.settled = false;
+        self.engine_mut().set_contents(cell, index, value)
+    }
+
+    fn save(&self) -> Snapshot {
+        self.engine().save()
+    }
+
+    fn restore(&mut self, from: &Snapshot) -> Result<(), SnapshotError> {
+        self.engine_mut().restore(from)?;
+        self.settled = from.settled;
+        Ok(())
     }
 
     fn summary(&self) -> String {

@@ -10,7 +10,9 @@ pub mod batch;
 mod compiled;
 mod endless;
 mod event;
+mod force;
 mod log;
+mod snapshot;
 mod unsettled;
 
 use std::fmt;
@@ -20,16 +22,86 @@ pub(crate) use discreta_core::{Logic, random};
 pub(crate) use discreta_core::{Value, cell, netlist, value};
 
 use crate::cell::Clock;
-use crate::netlist::{CellId, NetId};
+use crate::netlist::{CellId, NetId, Netlist, Slice};
 use crate::value::Word;
+use crate::value::word::{copy, word_mask, words};
 
 #[cfg(feature = "compiled")]
 pub use auto::AutoEngine;
 #[cfg(feature = "compiled")]
 pub use compiled::{CompileError, CompiledEngine, EngineReport};
 pub use event::EventEngine;
+pub use force::Refused;
 pub use log::{Field, Log};
+pub use snapshot::{Snapshot, SnapshotError};
 pub use unsettled::Unsettled;
+
+/// Which engine runs a circuit: a choice of speed, never of result.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default)]
+#[non_exhaustive]
+pub enum EngineKind {
+    /// The event engine at first, then machine code if the run turns out to be long.
+    #[default]
+    Auto,
+    /// The reference: computes what has changed, cell by cell.
+    Event,
+    /// Machine code made for the circuit.
+    Compiled,
+}
+
+/// Why an engine cannot run a circuit.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct EngineError(String);
+
+impl fmt::Display for EngineError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for EngineError {}
+
+impl EngineKind {
+    /// An engine of this kind, at tick 0, with nothing settled yet.
+    ///
+    /// # Errors
+    /// What the netlist has that is not compiled; [`Auto`](EngineKind::Auto) and [`Event`](EngineKind::Event) run all.
+    pub fn engine(self, netlist: &Netlist) -> Result<Box<dyn Engine>, EngineError> {
+        match self {
+            #[cfg(feature = "compiled")]
+            EngineKind::Auto => Ok(Box::new(AutoEngine::new(netlist))),
+            #[cfg(feature = "compiled")]
+            EngineKind::Compiled => match CompiledEngine::new(netlist) {
+                Ok(engine) => Ok(Box::new(engine)),
+                Err(why) => Err(EngineError(format!("the circuit cannot be compiled: {why}"))),
+            },
+            #[cfg(not(feature = "compiled"))]
+            EngineKind::Auto => Ok(Box::new(EventEngine::new(netlist))),
+            #[cfg(not(feature = "compiled"))]
+            EngineKind::Compiled => Err(EngineError("discreta was built without the feature `compiled`".to_owned())),
+            EngineKind::Event => Ok(Box::new(EventEngine::new(netlist))),
+        }
+    }
+}
+
+/// Reads the bits of a signal, the least significant slice first, into as many words as they need.
+pub fn read_bits(engine: &dyn Engine, bits: &[Slice], to: &mut [Word]) {
+    let mut at = 0;
+    // what is above the signal's width counts where words are compared
+    to.fill(Word::ZERO);
+    for s in bits {
+        let from = engine.read(s.net);
+        if let ([only], true) = (bits, s.lo == 0) {
+            to.copy_from_slice(&from[..words(only.width)]);
+            let last = words(only.width) - 1;
+            let m = word_mask(only.width, last);
+            to[last] = Word { v: to[last].v & m, u: to[last].u & m };
+            return;
+        }
+        copy(to, at, from, s.lo, s.width);
+        at += s.width;
+    }
+}
 
 /// An x or z that reached a clock or control of a storage cell after a known value.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -64,7 +136,13 @@ pub trait Engine: fmt::Debug + Send {
         self.observe(net);
     }
 
-    /// The changes of traced nets since the log was last cleared, phase after phase, if the engine keeps a log.
+    /// Whether the changes of traced nets go into the log, rather than being listed as those of observed ones.
+    fn logs(&self) -> bool {
+        false
+    }
+
+    /// The changes of traced nets since the log was last cleared, phase after phase, if the engine keeps a log, or has
+    /// kept one of which something is left.
     fn log(&mut self) -> Option<&mut Log> {
         None
     }
@@ -103,6 +181,46 @@ pub trait Engine: fmt::Debug + Send {
 
     /// How many net changes there have been, if the engine counts them.
     fn events(&self) -> Option<u64>;
+
+    /// Holds some bits of a net at `value`, whose bit 0 is the lowest of them, whatever drives them, until they are
+    /// [released](Engine::release). It takes effect at the next [`settle`](Engine::settle).
+    ///
+    /// # Errors
+    /// If constants decide one of the bits. Nothing is forced then.
+    fn force(&mut self, bits: Slice, value: &[Word]) -> Result<(), Refused>;
+
+    /// Lets go of bits that were forced, and does nothing with others. At the next [`settle`](Engine::settle) they have what
+    /// drives them; the state of a storage cell stays what it was held at until it samples again.
+    fn release(&mut self, bits: Slice);
+
+    /// Whether any bits are forced.
+    fn is_forced(&self) -> bool;
+
+    /// Sets an input, or the state of a storage cell, once: it is what it would be if it had come to that by itself. It
+    /// takes effect at the next [`settle`](Engine::settle).
+    ///
+    /// # Errors
+    /// If the net is neither. Nothing is set then.
+    fn deposit(&mut self, bits: Slice, value: &[Word]) -> Result<(), Refused>;
+
+    /// What a memory holds, laid out as [`Memory::contents`](crate::cell::Memory::contents); none of a cell that is no
+    /// memory, or one that nothing reads.
+    fn contents(&self, cell: CellId) -> Option<&[Word]>;
+
+    /// Sets word `index`, counted from 0, of a memory; returns whether there is such a word. It takes effect at the next
+    /// [`settle`](Engine::settle).
+    fn set_contents(&mut self, cell: CellId, index: u32, value: &Value) -> bool;
+
+    /// The whole state, for this or another engine of the netlist, with what waits for the next
+    /// [`settle`](Engine::settle).
+    fn save(&self) -> Snapshot;
+
+    /// Goes back, or on, to a saved state. What is observed and traced stays so; observed nets that are another than they
+    /// were count as changed.
+    ///
+    /// # Errors
+    /// If it is of another netlist. Nothing has happened then.
+    fn restore(&mut self, from: &Snapshot) -> Result<(), SnapshotError>;
 
     /// Which engine it is and how it has gone, in a line for people.
     fn summary(&self) -> String;

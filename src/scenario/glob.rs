@@ -8,7 +8,7 @@ use crate::netlist::{Netlist, SignalId};
 pub(super) const DOT: char = '\u{1}';
 
 /// The path of a signal with `/` between scopes, so that a dot within a name (of Verilog's `\a.b `) is told from them.
-pub(super) fn glob_path(netlist: &Netlist, id: SignalId) -> String {
+pub(crate) fn glob_path(netlist: &Netlist, id: SignalId) -> String {
     let signal = netlist.signal(id);
     let mut names = vec![signal.name.as_str()];
     let mut scope = &netlist.scopes()[signal.scope.index()];

@@ -15,8 +15,8 @@ pub use crate::syntax::{
     Stimuli, Stimulus, TimeText, Until, ValueText, WaveStimulus,
 };
 pub use check::{CheckReport, Fault, MAX_KEPT, Side, Timing, TimingCheck, Violation};
-pub(crate) use glob::glob_set;
-pub(crate) use record::layout;
+pub(crate) use glob::{glob_path, glob_set};
+pub(crate) use record::{Recording, layout};
 pub use replay::Replay;
 pub use resolve::{DEFAULT_CYCLES, DrivenClock, Event, Expectation, Rule, Scenario};
 pub use run::{Control, Failure, Found, Outcome, RunError, Stop, run, run_with};

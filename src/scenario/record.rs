@@ -35,7 +35,7 @@ struct Var {
 }
 
 /// The signals that are recorded.
-pub(super) struct Recording {
+pub(crate) struct Recording {
     layout: Layout,
     /// For each net the first of its pieces, and one past the last.
     start: Vec<u32>,
@@ -111,14 +111,16 @@ impl Recording {
                 log.words.clear();
             }
             (0..self.start.len() - 1).for_each(|net| self.take(engine, NetId::new(net)));
-        } else if let Some(log) = engine.log() {
-            if log.words.len() < BATCH {
+        } else if engine.logs() {
+            if engine.log().is_none_or(|log| log.words.len() < BATCH) {
                 return Ok(());
             }
             return self.hand_on(engine, sink);
         } else if engine.changes().is_empty() {
             return Ok(());
         } else {
+            // what it logged before it began to list changes comes first
+            self.hand_on(engine, sink)?;
             engine.changes().iter().for_each(|&net| self.take(engine, net));
         }
         self.give(engine.now(), sink)

@@ -35,7 +35,7 @@ impl Kind {
 ///
 /// # Errors
 /// That the path cannot be written. FST needs one that can be gone back in, which is told by [`Sink::begin`].
-pub fn open(path: &Path, kind: Kind) -> Result<Box<dyn Sink>, OutputError> {
+pub fn open(path: &Path, kind: Kind) -> Result<Box<dyn Sink + Send>, OutputError> {
     let output = Behind::new(Output::create(path)?);
     Ok(match kind {
         Kind::Vcd => Box::new(Background::new(VcdWriter::new(output))),

@@ -14,8 +14,8 @@ const LANES: usize = 12;
 const SEEDS: u64 = 150;
 
 /// A lane of the batch engine and a simulator of its own beside it.
-struct Lane<'n> {
-    sim: Simulator<'n>,
+struct Lane {
+    sim: Simulator,
     /// It has not settled, in both.
     over: bool,
 }
@@ -24,7 +24,7 @@ struct Lane<'n> {
 struct Pair<'n> {
     netlist: &'n Netlist,
     signals: Vec<(SignalId, Probe)>,
-    lanes: Vec<Lane<'n>>,
+    lanes: Vec<Lane>,
     /// Where each lane is in its block.
     places: Vec<usize>,
     batch: BatchEngine,

@@ -5,6 +5,7 @@ mod support;
 
 mod batch;
 mod compiled;
+mod force;
 mod mutation;
 mod narrowed;
 mod order;

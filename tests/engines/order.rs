@@ -12,14 +12,14 @@ use discreta::netlist::Netlist;
 use discreta::{Logic, Probe, SimulatorError, Value};
 
 /// All that can be seen of a circuit, by name.
-struct Watch<'n> {
-    sim: Sim<'n>,
+struct Watch {
+    sim: Sim,
     names: Vec<String>,
     probes: Vec<Probe>,
 }
 
-impl<'n> Watch<'n> {
-    fn new(netlist: &'n Netlist) -> Watch<'n> {
+impl Watch {
+    fn new(netlist: &Netlist) -> Watch {
         let mut names: Vec<String> = netlist.signal_ids().map(|s| netlist.signal_path(s)).collect();
         names.sort();
         let sim = simulator(netlist);

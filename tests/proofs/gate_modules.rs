@@ -10,8 +10,8 @@ use discreta::circuit::Circuit;
 use discreta::{Input, Logic, Probe, Value};
 
 /// The two of a pair, running in lock-step.
-struct Bench<'c> {
-    sim: Sim<'c>,
+struct Bench {
+    sim: Sim,
     inputs: Vec<(&'static str, Input, u32)>,
     /// Output of the gates and of the element.
     outputs: Vec<(&'static str, Probe, Probe)>,
@@ -19,8 +19,8 @@ struct Bench<'c> {
     compared: usize,
 }
 
-impl<'c> Bench<'c> {
-    fn new(pair: &Pair, circuit: &'c Circuit) -> Bench<'c> {
+impl Bench {
+    fn new(pair: &Pair, circuit: &Circuit) -> Bench {
         let sim = simulator(&circuit.netlist);
         let inputs = pair.inputs.iter().map(|&(n, w)| (n, sim.input(n).unwrap(), w)).collect();
         let output = |of: &str, n: &str| sim.probe(&format!("{of}_{n}")).unwrap();

@@ -27,8 +27,8 @@ type Values = [u64; 13];
 /// It has the ports of the line interpolator: `start` loads while it is 1, `dt` clocks, `x` and `y` (and `z`) are the
 /// step pulses, with `x_dir` … 1 for a step in the negative direction where the circuit has such ports. One with the ports
 /// `overflow` and `watchdog` may stop without its end, and says so there.
-pub struct Bench<'c> {
-    sim: Sim<'c>,
+pub struct Bench {
+    sim: Sim,
     start: Input,
     dt: Input,
     columns: Columns,
@@ -38,8 +38,8 @@ pub struct Bench<'c> {
     pub clocks: u64,
 }
 
-impl<'c> Bench<'c> {
-    pub fn new(circuit: &'c Circuit, columns: Columns) -> Bench<'c> {
+impl Bench {
+    pub fn new(circuit: &Circuit, columns: Columns) -> Bench {
         let sim = simulator(&circuit.netlist);
         let (start, dt) = (sim.input("start").unwrap(), sim.input("dt").unwrap());
         let axes = &["x", "y", "z"][..columns.at.len()];

@@ -7,13 +7,13 @@ use std::sync::Arc;
 
 use discreta::cell::Clock;
 use discreta::engine::batch::{BatchEngine, Program};
-use discreta::engine::{Engine, EventEngine, UnknownControl, Unsettled};
-use discreta::netlist::{NetId, Netlist, Slice};
+use discreta::engine::{Engine, EventEngine, Refused, Snapshot, SnapshotError, UnknownControl, Unsettled};
+use discreta::netlist::{CellId, NetId, Netlist, Slice};
 use discreta::value::Word;
 use discreta::{Simulator, Value};
 
 /// A simulator that runs on all engines.
-pub type Sim<'n> = Simulator<'n, Together<'n>>;
+pub type Sim = Simulator;
 
 /// Instants after which they are compared at every 61st only (a prime, so that no clock keeps step with it), and the
 /// lane of the batch engine, which computes all lanes for one, ends.
@@ -21,7 +21,7 @@ const CLOSELY: u64 = 2000;
 const SELDOM: u64 = 61;
 
 /// A simulator of a netlist on all engines.
-pub fn simulator(netlist: &Netlist) -> Sim<'_> {
+pub fn simulator(netlist: &Netlist) -> Sim {
     Simulator::on(netlist, Together::new(netlist))
 }
 
@@ -158,8 +158,8 @@ impl std::fmt::Debug for Lane {
 
 /// Every engine that takes the netlist. What it shows is what the event engine does.
 #[derive(Debug)]
-pub struct Together<'n> {
-    netlist: &'n Netlist,
+pub struct Together {
+    netlist: Netlist,
     /// The nets that signals show, which all engines compute.
     nets: Vec<NetId>,
     event: EventEngine,
@@ -169,14 +169,14 @@ pub struct Together<'n> {
     instants: u64,
 }
 
-impl<'n> Together<'n> {
-    pub fn new(netlist: &'n Netlist) -> Together<'n> {
+impl Together {
+    pub fn new(netlist: &Netlist) -> Together {
         let mut nets: Vec<NetId> = netlist.signal_ids().flat_map(|s| netlist.bits(s)).map(|s: &Slice| s.net).collect();
         nets.sort_unstable();
         nets.dedup();
         count(|ran| ran.event += 1);
         let (event, others, lane) = (EventEngine::new(netlist), compiled(netlist), Lane::new(netlist));
-        Together { netlist, nets, event, others, lane, started: false, instants: 0 }
+        Together { netlist: netlist.clone(), nets, event, others, lane, started: false, instants: 0 }
     }
 
     /// After a wave on all of them, of which the event engine told this and the lane whether it settled.
@@ -211,7 +211,7 @@ impl<'n> Together<'n> {
     }
 }
 
-impl Engine for Together<'_> {
+impl Engine for Together {
     fn now(&self) -> u64 {
         self.event.now()
     }
@@ -302,6 +302,53 @@ impl Engine for Together<'_> {
 
     fn events(&self) -> Option<u64> {
         self.event.events()
+    }
+
+    fn force(&mut self, bits: Slice, value: &[Word]) -> Result<(), Refused> {
+        self.lane = None; // it has no notion of it
+        let told = self.event.force(bits, value);
+        self.others.iter_mut().for_each(|e| assert_eq!(e.force(bits, value), told));
+        told
+    }
+
+    fn release(&mut self, bits: Slice) {
+        self.event.release(bits);
+        self.others.iter_mut().for_each(|e| e.release(bits));
+    }
+
+    fn is_forced(&self) -> bool {
+        self.event.is_forced()
+    }
+
+    fn deposit(&mut self, bits: Slice, value: &[Word]) -> Result<(), Refused> {
+        self.lane = None;
+        let told = self.event.deposit(bits, value);
+        self.others.iter_mut().for_each(|e| assert_eq!(e.deposit(bits, value), told));
+        told
+    }
+
+    fn contents(&self, cell: CellId) -> Option<&[Word]> {
+        let held = self.event.contents(cell);
+        self.others.iter().for_each(|e| assert!(held.is_none() || e.contents(cell) == held));
+        held
+    }
+
+    fn set_contents(&mut self, cell: CellId, index: u32, value: &Value) -> bool {
+        self.lane = None;
+        self.others.iter_mut().for_each(|e| _ = e.set_contents(cell, index, value));
+        self.event.set_contents(cell, index, value)
+    }
+
+    /// What one saves another goes on from.
+    fn save(&self) -> Snapshot {
+        self.others.last().map_or_else(|| self.event.save(), |e| e.save())
+    }
+
+    fn restore(&mut self, from: &Snapshot) -> Result<(), SnapshotError> {
+        self.lane = None;
+        let told = self.event.restore(from);
+        self.others.iter_mut().for_each(|e| assert_eq!(e.restore(from), told));
+        told
     }
 
     fn summary(&self) -> String {

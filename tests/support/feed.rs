@@ -74,8 +74,8 @@ pub fn synchroniser(circuit: &Circuit, tau: u64) -> Result<(), String> {
     for (input, value) in [(step, 0), (dt, 0), (start, 1)] {
         sim.set(input, value);
     }
-    let settle = |sim: &mut Sim<'_>| sim.settle().map_err(|e| e.to_string());
-    let wait = |sim: &mut Sim<'_>, ticks| sim.run_to(sim.now() + ticks).map_err(|e| e.to_string());
+    let settle = |sim: &mut Sim| sim.settle().map_err(|e| e.to_string());
+    let wait = |sim: &mut Sim, ticks| sim.run_to(sim.now() + ticks).map_err(|e| e.to_string());
     settle(&mut sim)?;
     wait(&mut sim, 4 * tau)?;
     sim.set(start, 0);
@@ -102,7 +102,7 @@ pub fn synchroniser(circuit: &Circuit, tau: u64) -> Result<(), String> {
 /// generator at every rising edge of `clk`, and for some time after the end. It begins twice: the second START comes some
 /// ticks after the first. Returns the ticks from START to the end.
 pub fn paced(
-    sim: &mut Sim<'_>,
+    sim: &mut Sim,
     core: &str,
     inputs: [u64; 4],
     period: u64,

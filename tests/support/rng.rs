@@ -3,6 +3,7 @@
 use discreta::{Logic, Value};
 
 /// SplitMix64: the same numbers everywhere for the same seed.
+#[derive(Clone)]
 pub struct Rng(u64);
 
 impl Rng {

@@ -121,6 +121,18 @@ pub fn evaluate(kind: &CellKind, ins: &[&[Word]], outs: &mut [&mut [Word]]) {
     act(&mut Words, kind, &mut Pins { ins, outs });
 }
 
+/// The same of a storage cell whose state is held at something: `hold` says of each word of it what it stays.
+pub fn evaluate_held(
+    kind: &CellKind,
+    ins: &[&[Word]],
+    outs: &mut [&mut [Word]],
+    mut hold: impl FnMut(usize, Word) -> Word,
+) {
+    level(&mut Words, kind, &mut Pins { ins, outs });
+    outs[0].iter_mut().enumerate().for_each(|(i, word)| *word = hold(i, *word));
+    derived(&mut Words, kind, &mut Pins { ins, outs });
+}
+
 /// The state that a clocked cell takes at its active edge, from its pins and its present state `q`, into `next`.
 /// Cells without a clock keep their state.
 pub fn clocked(kind: &CellKind, ins: &[&[Word]], q: &[Word], next: &mut [Word]) {

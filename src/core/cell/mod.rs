@@ -68,7 +68,7 @@ pub use counter::{Accumulator, Counter};
 pub use divide::DivideOp;
 pub use element::{Argument, Arguments, Element, element, elements};
 pub use equipment::{Equipment, Flow, Parts};
-pub use evaluate::{act, at_edge, clocked, derived, evaluate, level};
+pub use evaluate::{act, at_edge, clocked, derived, evaluate, evaluate_held, level};
 pub use gate::GateOp;
 pub use memory::Memory;
 pub use pin::{Pin, Role};

@@ -95,6 +95,22 @@ impl RcDelay {
         }
     }
 
+    /// Its state as numbers, for the lower voltage and then the upper: the bits of the voltage, since when, where it goes,
+    /// and the output of its threshold.
+    #[must_use]
+    pub fn save(&self) -> [u64; 8] {
+        let node = |n: &Node| [n.volts.to_bits(), n.since, n.target.into(), n.output.into()];
+        let (low, high) = (node(&self.low), node(&self.high));
+        std::array::from_fn(|i| if i < 4 { low[i] } else { high[i - 4] })
+    }
+
+    /// The state that [`save`](RcDelay::save) gave.
+    #[must_use]
+    pub fn restore(saved: &[u64; 8]) -> RcDelay {
+        let node = |n: &[u64]| Node { volts: f64::from_bits(n[0]), since: n[1], target: n[2] != 0, output: n[3] != 0 };
+        RcDelay { low: node(&saved[..4]), high: node(&saved[4..]) }
+    }
+
     /// The output: unknown while it depends on a voltage that is.
     #[must_use]
     pub fn output(&self) -> Option<bool> {

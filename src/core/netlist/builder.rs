@@ -3,7 +3,10 @@
 //! Names are hierarchical views: a port of an instance is another name for bits of its parent. [`Builder::finish`]
 //! joins the bits that one output pin drives into one net, so that words stay whole.
 
+mod storage;
 mod undriven;
+
+pub use storage::{Mem, Reg};
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -13,7 +16,10 @@ use super::ValueNames;
 use super::bus::{Bus, Part};
 use super::join::{Join, NONE};
 use super::wires::Wires;
-use super::{Cell, CellId, Content, Direction, Driver, Fault, NetId, Netlist, Scope, ScopeId, Signal, SignalId, Slice};
+use super::{
+    BuildError, Cell, CellId, Content, Direction, Driver, Fault, NetId, Netlist, Scope, ScopeId, Signal, SignalId,
+    Slice,
+};
 use crate::Value;
 use crate::cell::{AddOp, CellKind, Edge, Flop, GateOp};
 use crate::timescale::Timescale;
@@ -340,11 +346,11 @@ impl Builder {
     ///
     /// # Errors
     /// With every fault of the wiring, if there is one.
-    pub fn finish(self) -> Result<Netlist, Vec<Fault>> {
+    pub fn finish(self) -> Result<Netlist, BuildError> {
         let mut faults = Vec::new();
         let netlist = self.finish_with(&mut faults);
         faults.retain(|f| !f.is_warning());
-        if faults.is_empty() { Ok(netlist) } else { Err(faults) }
+        if faults.is_empty() { Ok(netlist) } else { Err(BuildError::new(faults, &netlist)) }
     }
 
     /// The netlist, with x for whatever nothing drives, and every fault and warning.

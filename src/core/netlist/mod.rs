@@ -9,6 +9,7 @@ mod bus;
 mod constant;
 pub mod depth;
 mod fault;
+mod fingerprint;
 pub mod graph;
 pub mod hierarchy;
 mod id;
@@ -24,11 +25,11 @@ use crate::cell::{CellKind, Edge, GateOp, Role};
 use crate::timescale::Timescale;
 
 pub use crate::value::ValueNames;
-pub use builder::Builder;
+pub use builder::{Builder, Mem, Reg};
 pub use bus::Bus;
 pub use constant::Constants;
 pub use depth::Depth;
-pub use fault::Fault;
+pub use fault::{BuildError, Fault};
 pub use hierarchy::Hierarchy;
 pub use id::{CellId, NetId, ScopeId, SignalId};
 pub use order::{Loop, Order};
@@ -180,6 +181,7 @@ struct Content {
     signal_slices: Vec<Slice>,
     constants: OnceLock<Constants>,
     order: OnceLock<Order>,
+    fingerprint: OnceLock<u64>,
     /// No two netlists that were built have the same; a clone has that of its original.
     identity: u64,
 }

@@ -1,11 +1,17 @@
 //! The present values, one operation, one change.
 
+use std::collections::HashMap;
+
 use super::super::UnknownControl;
 use super::memory::Memories;
 use super::program::{Code, General, Meta, ONE, Op, Operand, Part, Program, Store, StoreCode, flag};
 use super::sites::{EVERY, Operation, Stored};
+use crate::cell::memory::merged;
 use crate::cell::pin::flop;
-use crate::cell::{AddOp, GateOp, Words, arith, choose, clocked, counter, evaluate, gate, select, storage};
+use crate::cell::{
+    AddOp, GateOp, Words, arith, choose, clocked, counter, evaluate, evaluate_held, gate, select, storage,
+};
+use crate::force::Held;
 use crate::netlist::NetId;
 use crate::value::Word;
 use crate::value::word::{copy, mask, words};
@@ -47,6 +53,9 @@ pub(super) struct State {
     pub reported: Vec<bool>,
     pub unknown_controls: Vec<UnknownControl>,
     pub events: u64,
+    /// Words that are held at something, by slot, and whether there are any.
+    pub forces: HashMap<u32, Held>,
+    pub forcing: bool,
     /// Operations of a feedback step.
     pub batch: Vec<u32>,
     scratch_in: Vec<Word>,
@@ -90,6 +99,8 @@ impl State {
             reported: vec![false; cells],
             unknown_controls: Vec::new(),
             events: 0,
+            forces: HashMap::new(),
+            forcing: false,
             batch: Vec::with_capacity(p.groups.iter().map(ExactSizeIterator::len).max().unwrap_or(0)),
             scratch_in: vec![Word::ZERO; most(&|g| (0..g.pins.len()).map(|pin| words(g.kind.input_width(pin))).sum())],
             scratch_out: vec![Word::ZERO; 2 * most(&|g| g.outputs.iter().map(|o| words(o.1)).sum())],
@@ -112,6 +123,7 @@ impl State {
     /// Writes a slot; if that changes it, wakes what reads it.
     #[inline(always)]
     pub fn put(&mut self, p: &Program, slot: u32, new: Word) {
+        let new = if self.forcing { self.forced(slot, new) } else { new };
         let at = &mut self.slots[slot as usize];
         let old = *at;
         if (old.v ^ new.v) | (old.u ^ new.u) == 0 {
@@ -277,7 +289,7 @@ impl State {
                 let ins = [self.read(op.a, 1), self.read(op.b, 1), Word::ZERO];
                 let mut site = Operation::new(ins, self.read(op.c, 1));
                 storage::sr(l, &mut site, set_dominates);
-                site.q = site.outs[0];
+                site.q = if self.forcing { self.forced(op.y, site.outs[0]) } else { site.outs[0] };
                 storage::inverse(l, &mut site, 1);
                 self.out::<STAGED>(p, op.y2, site.outs[1]);
                 site.q
@@ -328,6 +340,9 @@ impl State {
             }
         }
         site.q = site.next;
+        if let Some(held) = self.forces.get(&s.q).filter(|_| self.forcing) {
+            site.q = merged(site.q, held.mask, held.value);
+        }
         match s.code {
             StoreCode::Counter => counter::zero(l, &mut site, s.width),
             StoreCode::Accumulator => counter::carry(l, &mut site, s.width),
@@ -442,6 +457,13 @@ impl State {
         let n = |k: usize| words(g.outputs[k].1);
         let (y, rest) = out.split_at_mut(n(0));
         match g.outputs.len() {
+            2 if self.forcing && g.kind.init().is_some() => {
+                let slot = g.outputs[0].0;
+                evaluate_held(&g.kind, ins, &mut [y, &mut rest[..n(1)]], |i, word| {
+                    let held = self.forces.get(&(slot + i as u32));
+                    held.map_or(word, |held| merged(word, held.mask, held.value))
+                });
+            }
             1 => evaluate(&g.kind, ins, &mut [y]),
             2 => evaluate(&g.kind, ins, &mut [y, &mut rest[..n(1)]]),
             _ => {

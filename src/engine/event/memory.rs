@@ -219,6 +219,18 @@ impl Memories {
         &self.contents[number]
     }
 
+    /// What the memory of a number is to hold.
+    pub fn contents_mut(&mut self, number: usize) -> &mut Vec<Word> {
+        &mut self.contents[number]
+    }
+
+    /// Forgets what was staged.
+    pub fn forget(&mut self) {
+        self.edges.clear();
+        self.puts.clear();
+        self.parts.clear();
+    }
+
     /// Whether any contents are to change.
     pub fn writes(&self) -> bool {
         !self.puts.is_empty()

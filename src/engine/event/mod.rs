@@ -4,11 +4,13 @@
 //! operation outside a feedback loop runs at most once and after all that it reads. Loops are iterated in steps in
 //! which all members see the values before the step, so no result depends on the order of cells. `program` holds
 //! the netlist in arrays; `build`, `operands`, `stores` and `link` make it; `eval` runs one operation, `settle` one
-//! evaluation phase, `queue` keeps what is to come; `memory` is what memories need of all of these; `size` counts
+//! evaluation phase, `queue` keeps what is to come; `force` holds nets,
+//! `snapshot` saves and restores; `memory` is what memories need of all of these; `size` counts
 //! bytes.
 
 mod build;
 mod eval;
+mod force;
 mod link;
 mod memory;
 #[cfg(test)]
@@ -19,29 +21,21 @@ mod queue;
 mod settle;
 mod sites;
 mod size;
+mod snapshot;
 mod stores;
 #[cfg(test)]
 mod tests;
 
-use super::{Engine, UnknownControl, Unsettled};
+use super::{Engine, Refused, Snapshot, SnapshotError, UnknownControl, Unsettled};
+use crate::Value;
 use crate::cell::Clock;
-use crate::netlist::{CellId, NetId, Netlist};
+use crate::netlist::{CellId, NetId, Netlist, Slice};
 use crate::value::Word;
 use crate::value::word::words;
 
 use eval::State;
 use program::{Program, flag};
 use queue::Queue;
-
-/// What another engine has to know beside the values of nets to go on from here.
-#[cfg(feature = "compiled")]
-pub(super) struct Handover {
-    /// For each control pin, in order, whether it has been known, and for each cell whether it has been reported.
-    pub control_seen: Vec<bool>,
-    pub reported: Vec<bool>,
-    /// The inputs driven by clocks, their levels and the ticks of their next edges.
-    pub clocks: Vec<(NetId, Clock, bool, u64)>,
-}
 
 /// The reference engine; see [`Engine`].
 ///
@@ -75,6 +69,7 @@ pub struct EventEngine {
     queue: Queue,
     now: u64,
     started: bool,
+    netlist: Netlist,
     widths: Vec<u32>,
     cells: usize,
 }
@@ -88,7 +83,8 @@ impl EventEngine {
         let queue = Queue::new(&program);
         let widths = netlist.nets().iter().map(|n| n.width).collect();
         let cells = netlist.cells().len();
-        let mut engine = EventEngine { program, state, queue, now: 0, started: false, widths, cells };
+        let mut engine =
+            EventEngine { program, state, queue, now: 0, started: false, netlist: netlist.clone(), widths, cells };
         for i in 0..engine.program.clock_cells.len() {
             let (slot, clock) = engine.program.clock_cells[i];
             engine.start_clock(slot, clock);
@@ -109,26 +105,6 @@ impl EventEngine {
         for (slot, clock) in clocks {
             self.start_clock(slot, clock);
         }
-    }
-
-    /// What another engine has to know to go on from here.
-    #[cfg(feature = "compiled")]
-    pub(super) fn hand_over(&self) -> Handover {
-        let net = |slot: u32| NetId(self.program.slot_net[slot as usize]);
-        let clocks = self.queue.sources().map(|(slot, clock, high, next)| (net(slot), clock, high, next));
-        Handover {
-            control_seen: self.state.control_seen.clone(),
-            reported: self.state.reported.clone(),
-            clocks: clocks.collect(),
-        }
-    }
-
-    /// What a memory holds, laid out as [`Memory::contents`](crate::cell::Memory::contents); none of a cell that is no
-    /// memory, or one that nothing reads.
-    #[must_use]
-    pub fn contents(&self, cell: CellId) -> Option<&[Word]> {
-        let number = self.program.memories.iter().position(|m| m.cell == cell)?;
-        Some(self.state.memories.contents(number))
     }
 
     /// How many net changes there have been.
@@ -192,6 +168,9 @@ impl Engine for EventEngine {
 
     fn drive(&mut self, net: NetId, value: &[Word]) {
         let slot = self.program.net_slot[net.index()];
+        if self.state.forcing {
+            self.drive_forced(slot, value);
+        }
         for (i, &word) in value.iter().enumerate().take(words(self.widths[net.index()])) {
             self.state.put(&self.program, slot + i as u32, word);
         }
@@ -241,6 +220,39 @@ impl Engine for EventEngine {
 
     fn events(&self) -> Option<u64> {
         Some(self.state.events)
+    }
+
+    fn force(&mut self, bits: Slice, value: &[Word]) -> Result<(), Refused> {
+        self.force_bits(bits, value)
+    }
+
+    fn release(&mut self, bits: Slice) {
+        self.release_bits(bits);
+    }
+
+    fn is_forced(&self) -> bool {
+        self.state.forcing
+    }
+
+    fn deposit(&mut self, bits: Slice, value: &[Word]) -> Result<(), Refused> {
+        self.deposit_bits(bits, value)
+    }
+
+    fn contents(&self, cell: CellId) -> Option<&[Word]> {
+        let number = self.program.memories.iter().position(|m| m.cell == cell)?;
+        Some(self.state.memories.contents(number))
+    }
+
+    fn set_contents(&mut self, cell: CellId, index: u32, value: &Value) -> bool {
+        self.put_contents(cell, index, value)
+    }
+
+    fn save(&self) -> Snapshot {
+        self.snapshot()
+    }
+
+    fn restore(&mut self, from: &Snapshot) -> Result<(), SnapshotError> {
+        self.resume(from)
     }
 
     fn summary(&self) -> String {

@@ -252,6 +252,7 @@ pub(super) mod flag {
     pub const DELAY: u8 = 4;
     pub const OBSERVED: u8 = 8;
     pub const CHANGED: u8 = 16;
+    pub const FORCED: u8 = 32;
 }
 
 /// Clock pins, control pins and delays that a slot is read by, as ranges of `Program::hooked`.

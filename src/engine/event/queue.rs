@@ -7,6 +7,7 @@ use super::eval::State;
 use super::program::{DelayCell, Program};
 use crate::cell::time::RcDelay;
 use crate::cell::{CellKind, Clock};
+use crate::snapshot::DelayLine;
 use crate::value::Word;
 use crate::value::word::{any_unknown, copy, words};
 
@@ -77,9 +78,38 @@ impl Queue {
     }
 
     /// The clocks with their levels and the ticks of their next edges.
-    #[cfg(feature = "compiled")]
     pub fn sources(&self) -> impl Iterator<Item = (u32, Clock, bool, u64)> + '_ {
         self.clocks.iter().map(|c| (c.slot, c.clock, c.high, c.next))
+    }
+
+    /// What delays hold.
+    pub fn save(&self) -> Vec<DelayLine> {
+        let mut due = vec![Vec::new(); self.lines.len()];
+        self.due.iter().for_each(|&Reverse((time, number))| due[number as usize].push(time));
+        due.iter_mut().for_each(|list| list.sort_unstable());
+        let line = |(l, due): (&Line, Vec<u64>)| DelayLine {
+            seen: l.seen.clone(),
+            rc: l.rc.save(),
+            times: l.times.iter().copied().collect(),
+            due,
+            values: l.values.iter().copied().collect(),
+        };
+        self.lines.iter().zip(due).map(line).collect()
+    }
+
+    /// Goes on with these clocks and with what delays held; a state of an engine that knows none has none.
+    pub fn restore(&mut self, clocks: Vec<(u32, Clock, bool, u64)>, lines: &[DelayLine]) {
+        let source = |(slot, clock, high, next)| Source { slot, clock, high, next };
+        self.clocks = clocks.into_iter().map(source).collect();
+        self.next_clock = self.clocks.iter().map(|c| c.next).min().unwrap_or(NEVER);
+        self.due.clear();
+        for (number, (line, saved)) in (0..).zip(self.lines.iter_mut().zip(lines)) {
+            line.seen.clone_from(&saved.seen);
+            line.rc = RcDelay::restore(&saved.rc);
+            line.times = saved.times.iter().copied().collect();
+            line.values = saved.values.iter().copied().collect();
+            self.due.extend(saved.due.iter().map(|&due| Reverse((due, number))));
+        }
     }
 
     /// The next tick at which anything happens.

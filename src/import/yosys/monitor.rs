@@ -79,7 +79,21 @@ pub struct Seen {
     covered: bool,
 }
 
+impl Seen {
+    /// Whether what was to happen has.
+    #[must_use]
+    pub fn is_covered(&self) -> bool {
+        self.covered
+    }
+}
+
 impl Monitor {
+    /// What it has seen that has looked at the present values, of which `value` reads one.
+    pub fn seen(&self, covered: bool, mut value: impl FnMut(SignalId) -> Value) -> Seen {
+        let edges = if let When::Edge(counter) = self.when { Some(value(counter)) } else { None };
+        Seen { value: Some(value(self.signal)), edges, covered }
+    }
+
     /// Looks at the present values, of which `value` reads one; what is said, if anything is. A condition that is unknown
     /// does not hold, but that it has never been known yet is no news.
     pub fn look(&self, seen: &mut Seen, time: u64, mut value: impl FnMut(SignalId) -> Value) -> Option<String> {

@@ -1,12 +1,12 @@
 //! What memories hold, where partitions run: read and write ports whose clock has made its edge act by `cell::memory`.
 
+use crate::Snapshot;
 use crate::cell::memory::{ReadControls, Written, merged};
 use crate::cell::{CellKind, Memory};
 use crate::compiled::runtime::{CompiledEngine, word_of};
-use crate::netlist::{CellId, Netlist};
+use crate::netlist::{CellId, NetId, Netlist};
 use crate::value::Word;
 use crate::value::word::{extract, words};
-use crate::{Engine, EventEngine};
 
 use crate::compiled::lower::layout::{Part, Stored};
 
@@ -61,20 +61,20 @@ impl CompiledEngine {
         let stage = &self.memory[s.stage.index()..];
         let c = ReadControls { en: stage[0], arst: stage[1], srst: stage[2] };
         let mut q = self.memory[s.slot.index()..][..s.words as usize].to_vec();
-        let contents = self.contents(s.cell).expect("it is a memory");
+        let contents = self.held_contents(s.cell).expect("it is a memory");
         memory.clocked(port as usize, contents, c, stage[3], self.written(memory, ports), &mut q);
         q
     }
 
-    /// Goes on from what memories hold in another engine, and from what their read ports have.
-    pub(crate) fn take_contents(&mut self, from: &EventEngine) {
+    /// Goes on from what memories held in a saved state, and from what their read ports had; `net` has the value of a net.
+    pub(crate) fn take_contents<'s>(&mut self, from: &Snapshot, net: impl Fn(NetId) -> &'s [Word]) {
         for i in 0..self.layout.memories.len() {
             let place = &self.layout.memories[i];
             let memory = memory_of(&self.netlist, place.cell);
-            if let Some(given) = from.contents(place.cell) {
+            if let Some((_, given)) = from.contents.iter().find(|c| c.0 == place.cell) {
                 self.memory[place.contents.index()..][..place.len as usize].copy_from_slice(given);
             }
-            let q = from.read(self.netlist.output(place.cell, 0));
+            let q = net(self.netlist.output(place.cell, 0));
             for (port, slot) in (0..).zip(&place.ports) {
                 let Some(slot) = *slot else { continue };
                 let to = &mut self.memory[slot.index()..][..words(memory.width)];
@@ -84,8 +84,7 @@ impl CompiledEngine {
     }
 
     /// What a memory holds, laid out as [`Memory::contents`]; none of a cell that is no memory.
-    #[must_use]
-    pub fn contents(&self, cell: CellId) -> Option<&[Word]> {
+    pub(crate) fn held_contents(&self, cell: CellId) -> Option<&[Word]> {
         let place = &self.layout.memories[*self.layout.memory_of.get(&cell)?];
         Some(&self.memory[place.contents.index()..][..place.len as usize])
     }

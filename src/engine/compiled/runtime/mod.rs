@@ -6,8 +6,10 @@ pub(crate) mod cycle;
 pub(crate) mod feedback;
 mod narrow;
 pub(crate) mod on_demand;
+mod reference;
 mod report;
 mod settle;
+mod snapshot;
 mod state;
 pub(crate) mod tracing;
 pub(crate) mod variants;
@@ -17,15 +19,16 @@ use crate::compiled::CompileError;
 use crate::compiled::codegen;
 use crate::compiled::ir::places::{PlaneWord, Slot};
 use crate::compiled::lower::{layout, support};
-use crate::netlist::{NetId, Netlist};
+use crate::netlist::{CellId, NetId, Netlist, Slice};
 use crate::value::Word;
 use crate::value::word::words;
-use crate::{Engine, EventEngine, Log, UnknownControl, Unsettled};
+use crate::{Engine, EventEngine, Log, Refused, Snapshot, SnapshotError, UnknownControl, Unsettled, Value};
 
 use crate::compiled::lower::layout::Kept;
 use crate::compiled::lower::layout::StateLayout;
 use crate::compiled::runtime::variants::PARTITION_SIZE;
 use on_demand::{Keeps, OnDemand, StateView};
+use reference::Reference;
 pub use report::EngineReport;
 use state::{Clocks, Diagnostics, Observation, Settling, Source, Variants};
 
@@ -54,6 +57,7 @@ pub struct CompiledEngine {
     settling: Settling,
     diagnostics: Diagnostics,
     on_demand: OnDemand,
+    reference: Reference,
 }
 
 impl CompiledEngine {
@@ -100,6 +104,7 @@ impl CompiledEngine {
             settling: Settling::new(&layout, watches),
             diagnostics: Diagnostics::new(netlist, control_seen),
             on_demand: OnDemand::new(netlist, &layout),
+            reference: Reference::default(),
             layout,
         };
         for cell in netlist.cell_ids() {
@@ -121,32 +126,7 @@ impl CompiledEngine {
         traced: &[NetId],
     ) -> Result<CompiledEngine, CompileError> {
         let mut engine = CompiledEngine::new(netlist)?;
-        let given = from.hand_over();
-        for i in 0..engine.layout.leaf_net.len() {
-            let net = engine.layout.leaf_net[i];
-            let slot = engine.layout.leaves.start + i as u32;
-            let Some(first) = engine.layout.slot[net.index()] else { continue };
-            engine.memory[slot.index()] = from.read(net)[(slot - first) as usize];
-        }
-        engine.take_contents(from);
-        engine.clocks.now = from.now();
-        engine.settling.started = true;
-        engine.settling.first = false;
-        for (pin, watch) in engine.layout.pins.iter().zip(&mut engine.settling.pins_before) {
-            let word = from.read(pin.bit.net)[pin.bit.lo as usize / 64];
-            *watch = bit_of(word, pin.bit.lo % 64);
-        }
-        for (control, (_, pins)) in engine.diagnostics.seen.iter_mut().zip(&engine.layout.controls) {
-            *control = given.control_seen[pins[0] as usize];
-        }
-        engine.diagnostics.reported[..given.reported.len()].copy_from_slice(&given.reported);
-        engine.clocks.sources.clear();
-        for (net, clock, high, next) in given.clocks {
-            let slot = engine.layout.slot[net.index()].expect("an input has a place");
-            engine.clocks.sources.push(Source { slot, clock, high, next });
-        }
-        engine.clocks.schedule();
-        engine.observation.clear();
+        engine.load(&from.save());
         observed.iter().for_each(|&net| engine.observe(net));
         traced.iter().for_each(|&net| engine.trace(net));
         Ok(engine)
@@ -237,10 +217,16 @@ impl CompiledEngine {
 
 impl Engine for CompiledEngine {
     fn now(&self) -> u64 {
+        if let Some(engine) = self.reference.active() {
+            return engine.now();
+        }
         self.clocks.now
     }
 
     fn read(&self, net: NetId) -> &[Word] {
+        if let Some(engine) = self.reference.active() {
+            return engine.read(net);
+        }
         let keeps = self.variants.current.map_or(Keeps::All, |n| Keeps::These(&self.variants.list[n].keeps));
         let held = StateView { netlist: &self.netlist, layout: &self.layout, memory: &self.memory, keeps };
         match held.net(net) {
@@ -250,16 +236,26 @@ impl Engine for CompiledEngine {
     }
 
     fn observe(&mut self, net: NetId) {
+        self.reference.observe(net);
         let bit = self.watch(net);
         self.observation.stops[bit] = true;
     }
 
     fn trace(&mut self, net: NetId) {
+        self.reference.observe(net);
         let bit = self.watch(net);
         self.observation.tracing.nets[bit] = true;
     }
 
+    fn logs(&self) -> bool {
+        self.reference.active().is_none() && self.observation.tracing.nets.contains(&true)
+    }
+
     fn log(&mut self) -> Option<&mut Log> {
+        if self.reference.active().is_some() {
+            self.take_log();
+            return Some(&mut self.observation.tracing.log).filter(|log| !log.words.is_empty());
+        }
         self.observation.tracing.nets.contains(&true).then(|| {
             self.take_log();
             &mut self.observation.tracing.log
@@ -267,6 +263,9 @@ impl Engine for CompiledEngine {
     }
 
     fn add_clock(&mut self, net: NetId, clock: Clock) {
+        if let Some(engine) = self.by_reference() {
+            return engine.add_clock(net, clock);
+        }
         let slot = self.layout.slot[net.index()].expect("an input has a place");
         self.clocks.sources.retain(|c| c.slot != slot);
         let high = clock.phase == 0;
@@ -277,6 +276,9 @@ impl Engine for CompiledEngine {
     }
 
     fn drive(&mut self, net: NetId, value: &[Word]) {
+        if let Some(engine) = self.by_reference() {
+            return engine.drive(net, value);
+        }
         self.on_demand.clear();
         let slot = self.layout.slot[net.index()].expect("an input has a place");
         if let Some((before, level)) = self.clocks.pending.take() {
@@ -296,6 +298,9 @@ impl Engine for CompiledEngine {
     }
 
     fn settle(&mut self) -> Result<(), Unsettled> {
+        if let Some(engine) = self.reference.active_mut() {
+            return engine.settle();
+        }
         match self.clocks.pending.take() {
             Some((slot, level)) => self.run_edge(slot, level),
             None => self.phase(),
@@ -303,6 +308,9 @@ impl Engine for CompiledEngine {
     }
 
     fn advance(&mut self, until: u64) -> Result<bool, Unsettled> {
+        if let Some(engine) = self.by_reference() {
+            return engine.advance(until);
+        }
         if !self.settling.started {
             self.phase()?;
             if self.has_news() {
@@ -324,23 +332,75 @@ impl Engine for CompiledEngine {
     }
 
     fn next_event(&self) -> Option<u64> {
+        if let Some(engine) = self.reference.active() {
+            return engine.next_event();
+        }
         (self.clocks.next != NEVER).then_some(self.clocks.next)
     }
 
     fn changes(&self) -> &[NetId] {
+        if let Some(engine) = self.reference.active() {
+            return engine.changes();
+        }
         &self.observation.changes
     }
 
     fn clear_changes(&mut self) {
+        if let Some(engine) = self.reference.active_mut() {
+            return engine.clear_changes();
+        }
         self.observation.clear();
     }
 
     fn take_unknown_controls(&mut self) -> Vec<UnknownControl> {
+        if let Some(engine) = self.reference.active_mut() {
+            return engine.take_unknown_controls();
+        }
         std::mem::take(&mut self.diagnostics.unknown_controls)
     }
 
     fn events(&self) -> Option<u64> {
         None
+    }
+
+    fn force(&mut self, bits: Slice, value: &[Word]) -> Result<(), Refused> {
+        self.reference().force(bits, value)
+    }
+
+    fn release(&mut self, bits: Slice) {
+        if let Some(engine) = self.reference.active_mut() {
+            engine.release(bits);
+        }
+    }
+
+    fn is_forced(&self) -> bool {
+        self.reference.active().is_some_and(Engine::is_forced)
+    }
+
+    fn deposit(&mut self, bits: Slice, value: &[Word]) -> Result<(), Refused> {
+        self.reference().deposit(bits, value)
+    }
+
+    fn contents(&self, cell: CellId) -> Option<&[Word]> {
+        match self.reference.active() {
+            Some(engine) => engine.contents(cell),
+            None => self.held_contents(cell),
+        }
+    }
+
+    fn set_contents(&mut self, cell: CellId, index: u32, value: &Value) -> bool {
+        self.reference().set_contents(cell, index, value)
+    }
+
+    fn save(&self) -> Snapshot {
+        match self.reference.active() {
+            Some(engine) => engine.save(),
+            None => self.snapshot(),
+        }
+    }
+
+    fn restore(&mut self, from: &Snapshot) -> Result<(), SnapshotError> {
+        self.take_up(from)
     }
 
     fn summary(&self) -> String {

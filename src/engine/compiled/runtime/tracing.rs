@@ -44,6 +44,17 @@ impl Numbers {
     }
 }
 
+impl Numbers {
+    pub fn contains(&self, number: usize) -> bool {
+        self.bits.get(number / 64).is_some_and(|word| word >> (number % 64) & 1 == 1)
+    }
+
+    pub fn clear(&mut self) {
+        self.bits.fill(0);
+        self.any = false;
+    }
+}
+
 /// What is traced, and what was written down.
 #[derive(Debug, Default)]
 pub(crate) struct Tracing {
