@@ -345,9 +345,10 @@ fn what_the_circuit_says_is_heard() {
 #[test]
 fn a_text_is_loaded_with_its_warnings_and_its_faults() {
     let text = r#"{ "modules": { "top": { "ports": { "a": { "direction": "input" }, "b": { "direction": "input" },
-        "y": { "direction": "output" } }, "cells": { "n": { "type": "not", "connections": { "a": "a", "y": "y" } } } } } }"#;
+        "y": { "direction": "output" } }, "nets": { "idle": {} },
+        "cells": { "m": { "type": "not", "connections": { "a": "b", "y": "idle" } }, "n": { "type": "not", "connections": { "a": "a", "y": "y" } } } } } }"#;
     let circuit = discreta::circuit::load_text("mem.json", text, &[]).unwrap();
-    assert!(circuit.warnings.iter().any(|w| w.contains("mem.json") && w.contains('b')), "{:?}", circuit.warnings);
+    assert!(circuit.warnings.iter().any(|w| w.contains("mem.json") && w.contains("idle")), "{:?}", circuit.warnings);
     let wrong = discreta::circuit::load_text("mem.json", &text.replace("not", "nott"), &[]).unwrap_err();
     assert!(wrong.to_string().contains("mem.json") && wrong.to_string().contains("nott"), "{wrong}");
 }
