@@ -3,7 +3,9 @@
 //! What an author writes is in [`syntax`](crate::syntax), what becomes of it in [`elaborate`](crate::elaborate); here is
 //! what most programs need of both.
 
-pub use crate::elaborate::{Circuit, FileHandle, LoadError, Loader, load, load_text, load_with, read_file};
+pub use crate::elaborate::{
+    Circuit, FileHandle, LoadError, Loader, Synthesis, load, load_sources, load_text, load_with, read_file,
+};
 pub use crate::syntax::{
     Block, Cell, CircuitFile, Constant, Direction, Expr, Limits, Module, Name, Names, Net, Parameter, ParameterText,
     ParameterValue, Port, Repeat, Signal, is_name, limits, schema,

@@ -132,6 +132,26 @@ pub fn load_text(name: &str, text: &str, parameters: &[(&str, i64)]) -> Result<C
     loaded(parameters, |loader| loader.open_text(name, text))
 }
 
+/// Loads a circuit from sources that Yosys reads: Verilog, SystemVerilog, VHDL, libraries of cells. `synthesis` says which
+/// Yosys and how; `top` is the module to run, where there are several.
+///
+/// # Errors
+/// With every fault that Yosys finds, and every fault of what it makes.
+pub fn load_sources(
+    sources: &[PathBuf],
+    top: Option<&str>,
+    parameters: &[(&str, i64)],
+    synthesis: Synthesis,
+) -> Result<Circuit, LoadError> {
+    loaded(parameters, |loader| {
+        let (first, more) = sources.split_first()?;
+        *loader.synthesis() = synthesis;
+        loader.synthesis().sources.extend_from_slice(more);
+        top.into_iter().for_each(|top| loader.set_top(top));
+        loader.open(first)
+    })
+}
+
 fn loaded(
     parameters: &[(&str, i64)],
     open: impl FnOnce(&mut Loader) -> Option<FileHandle>,

@@ -18,7 +18,7 @@ use crate::syntax::{
 };
 
 pub(crate) use load::not_a_circuit;
-pub use load::{Circuit, FileHandle, LoadError, Loader, load, load_text, load_with};
+pub use load::{Circuit, FileHandle, LoadError, Loader, load, load_sources, load_text, load_with};
 pub use source::read_file;
 pub(crate) use source::{normal, size};
 pub use synthesis::{Language, PROGRAMS, Synthesis};

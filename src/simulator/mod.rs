@@ -353,8 +353,9 @@ impl Simulator {
         }
     }
 
-    /// One period of the clock at an input: 1 and then 0, for a tick of time each, starting with what was set before. Where
-    /// [`clock`](Simulator::clock) drives the input, its whole period goes by.
+    /// One period of the clock at an input: 1 and then 0, for a tick of time each, starting with what was set before. Before
+    /// the circuit has ever settled, the input is 0 first. Where [`clock`](Simulator::clock) drives the input, its whole period
+    /// goes by.
     ///
     /// # Errors
     /// If there is no such input, and as [`settle`](Simulator::settle).
@@ -375,6 +376,11 @@ impl Simulator {
         if input.width != 1 {
             let why = format!("a clock has one bit, it has {}", input.width);
             return Err(SimulatorError::BadValue { name: clock.to_owned(), why });
+        }
+        if !self.settled {
+            // what nets become when the circuit first settles is no edge
+            self.set(input, 0);
+            self.settle()?;
         }
         for _ in 0..n {
             for level in [1, 0] {

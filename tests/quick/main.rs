@@ -12,6 +12,7 @@ mod cli_stats;
 mod compare;
 mod docs;
 mod draw;
+mod examples;
 mod given;
 mod hierarchy;
 mod machine;
