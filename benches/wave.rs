@@ -291,6 +291,7 @@ mod traced {
             progress: &mut |_| {},
             message: &mut |_, _, _| {},
             unknown_control_ends: false,
+            observers: Vec::new(),
         };
         let begin = seconds();
         run(netlist, &scenario, &mut engine, sink, &mut control).expect("it settles");

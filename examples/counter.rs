@@ -32,6 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         progress: &mut |_| {},
         message: &mut |_, _, _| {},
         unknown_control_ends: false,
+        observers: Vec::new(),
     };
     let outcome = run(&netlist, &scenario, &mut EventEngine::new(&netlist), Some(&mut waveform), &mut control)
         .map_err(|e| format!("{e:?}"))?;

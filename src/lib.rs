@@ -42,6 +42,7 @@ mod svg;
 pub mod sweep;
 pub mod syntax;
 pub mod view;
+pub mod why;
 
 #[cfg(feature = "draw")]
 pub(crate) use discreta_core::guard;

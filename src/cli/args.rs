@@ -9,6 +9,7 @@ mod machine;
 mod schematic;
 mod shared;
 mod sweeping;
+mod why;
 
 use std::path::PathBuf;
 
@@ -23,9 +24,10 @@ pub use machine::{MachineArgs, MachineFormat, Net, StepDir};
 pub use schematic::DrawArgs;
 pub use shared::{
     Assignment, ClockOption, Condition, DontCare, ElaborationArgs, EngineArgs, EngineChoice, Format, FormatArgs,
-    ScenarioArgs, WaveArgs, XControl,
+    ResetOption, ScenarioArgs, WaveArgs, XControl,
 };
 pub use sweeping::SweepArgs;
+pub use why::WhyArgs;
 
 /// `discreta`.
 #[derive(Parser, Debug)]
@@ -62,6 +64,8 @@ pub enum Command {
     Test(TestArgs),
     /// Compare two waveforms, and show the first difference
     Diff(DiffArgs),
+    /// Tell where the value of a net comes from: why it is x, or why it is wrong
+    Why(WhyArgs),
     /// Print a waveform as text
     Wave(WaveTextArgs),
     /// Make a page that shows a circuit at work: schematic, waveform and path

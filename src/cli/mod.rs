@@ -39,6 +39,7 @@ mod told;
 pub mod view;
 pub mod wave;
 mod waveforms;
+pub mod why;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -85,7 +86,13 @@ pub fn main() -> ExitCode {
     crate::files::watch();
     let mut out = Out::stdout();
     // those whose exit status says more than that they ran
-    if let Command::Run(_) | Command::Check(_) | Command::Test(_) | Command::Diff(_) | Command::Sweep(_) = cli.command {
+    if let Command::Run(_)
+    | Command::Check(_)
+    | Command::Test(_)
+    | Command::Diff(_)
+    | Command::Sweep(_)
+    | Command::Why(_) = cli.command
+    {
         out.outlive();
     }
     let result = dispatch(&cli.command, &mut out).and_then(|status| {
@@ -115,6 +122,7 @@ fn dispatch(command: &Command, out: &mut Out) -> Result<Status, CliError> {
         Command::Check(args) => check::run(args, out),
         Command::Test(args) => test::run(args, out),
         Command::Diff(args) => diff::run(args, out),
+        Command::Why(args) => why::run(args, out),
         Command::Wave(args) => wave::run(args, out),
         Command::View(args) => view::run(args, out),
         Command::Sweep(args) => sweep::run(args, out),

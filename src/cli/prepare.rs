@@ -7,12 +7,14 @@ use indexmap::IndexMap;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use super::args::{Assignment, ClockOption, Condition, DontCare, ElaborationArgs, ScenarioArgs, WaveArgs};
+use super::args::{Assignment, ClockOption, Condition, DontCare, ElaborationArgs, ResetOption, ScenarioArgs, WaveArgs};
 use crate::diag::{Code, Diagnostic, Severity, Span};
 use crate::elaborate::{Circuit, Language, Loader, normal, not_a_circuit, size};
 use crate::import::yosys::is_yosys;
 use crate::json::{Recover, Spanned};
-use crate::scenario::{Clock, Limit, Loose, Scenario, ScenarioFile, Simulation, Stimuli, TimeText, Until, ValueText};
+use crate::scenario::{
+    Clock, Limit, Loose, Scenario, ScenarioFile, Simulation, Stimuli, Stimulus, TimeText, Until, ValueText,
+};
 use crate::scenario::{Replay, WaveStimulus, replay};
 use crate::syntax::{Expr, Name, ParameterValue};
 
@@ -25,6 +27,8 @@ pub struct Changes<'a> {
     pub sets: &'a [Assignment],
     /// Inputs that are clocks.
     pub clocks: &'a [ClockOption],
+    /// Inputs that are active from the start to a time.
+    pub resets: &'a [ResetOption],
     /// Cycles to run.
     pub cycles: Option<u64>,
     /// Time to run.
@@ -46,6 +50,7 @@ impl<'a> Changes<'a> {
             parameters: &elaboration.parameter,
             sets: &scenario.set,
             clocks: &scenario.clock,
+            resets: &scenario.reset,
             cycles: scenario.cycles,
             time: scenario.time.as_deref(),
             until: scenario.until.as_ref(),
@@ -221,6 +226,14 @@ fn changed(loader: &mut Loader, simulation: &Simulation, changes: &Changes<'_>) 
             options.clocks.insert(name, Recover(Some(clock)));
         }
     }
+    if !changes.resets.is_empty() {
+        options.stimulus = resets(loader, &mut simulation, &mut options, changes.resets);
+    }
+    if let (Some(_), Some(reset)) = (changes.wave, changes.resets.first()) {
+        let (_, span) = typed(loader, "--reset", &reset.net, &reset.time);
+        let fault = Diagnostic::new(Code::BadScenario, "a waveform drives the inputs, and `--reset` too");
+        loader.diagnostics.push(fault.at(span, "leave it out"));
+    }
     if let Some(args) = changes.wave {
         options.stimulus = wave(loader, args).map(|wave| Recover(Some(Stimuli::Wave(Box::new(wave)))));
     }
@@ -266,6 +279,45 @@ fn clock(loader: &mut Loader, option: &ClockOption) -> Option<(Name, Clock)> {
     let high = option.high.as_deref().map(|text| time(text, None));
     let phase = option.phase.as_deref().map(|text| time(text, None));
     Some((name, Clock { doc: None, period, high: high.flatten(), duty: None, phase: phase.flatten() }))
+}
+
+/// The changes of a scenario and those of resets on the command line, which hold whatever the scenario says of these inputs.
+fn resets(
+    loader: &mut Loader,
+    simulation: &mut Simulation,
+    options: &mut Simulation,
+    resets: &[ResetOption],
+) -> Option<Recover<Stimuli>> {
+    let mut added = Vec::new();
+    for ResetOption { net, time, low } in resets {
+        let (name, span) = typed(loader, "--reset", net, time);
+        simulation.clocks.shift_remove(name.value.as_str());
+        simulation.without_changes_of(name.value.as_str());
+        let start = ValueText::new(if *low { "0" } else { "1" }, span);
+        options.inputs.insert(name.clone(), Recover(Some(start)));
+        match TimeText::parse(time, span) {
+            Ok(at) => {
+                let end = ValueText::new(if *low { "1" } else { "0" }, span);
+                added.push(Stimulus { doc: None, at: Some(at), on: None, set: IndexMap::from([(name, end)]) });
+            }
+            Err(fault) => loader.diagnostics.push(fault),
+        }
+    }
+    let added = added.into_iter().map(|stimulus| Recover(Some(stimulus)));
+    match simulation.stimulus.take() {
+        // a waveform drives all inputs but those that are given
+        Some(Recover(Some(Stimuli::Wave(wave)))) => {
+            let span = wave.wave.span;
+            let text = "a waveform drives the inputs, and `--reset` too";
+            loader.diagnostics.push(Diagnostic::new(Code::BadScenario, text).at(span, "leave one of them out"));
+            Some(Recover(Some(Stimuli::Wave(wave))))
+        }
+        Some(Recover(Some(Stimuli::Changes(mut changes)))) => {
+            changes.extend(added);
+            Some(Recover(Some(Stimuli::Changes(changes))))
+        }
+        _ => Some(Recover(Some(Stimuli::Changes(added.collect())))),
+    }
 }
 
 /// A waveform of the command line, as a scenario would have it.

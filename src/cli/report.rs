@@ -62,7 +62,7 @@ impl Report<'_> {
 
     fn reason_is_good(&self) -> bool {
         match self.outcome.stop {
-            Stop::Until => true,
+            Stop::Until | Stop::Observed => true,
             Stop::Limit => !self.prepared.scenario.limit_fails,
             Stop::Idle => self.prepared.scenario.until.is_none(),
             Stop::Interrupted | Stop::UnknownControl => false,
@@ -82,6 +82,7 @@ impl Report<'_> {
             (Stop::Limit, Some(until)) if self.prepared.scenario.limit_fails => format!("limit reached before {until}"),
             (Stop::Idle, Some(until)) => format!("nothing can change any more, and {until} has not come"),
             (Stop::Idle, None) => "nothing can change any more".into(),
+            (Stop::Observed, _) => "stopped where it was to".into(),
             (Stop::Interrupted, _) => "interrupted".into(),
             (Stop::UnknownControl, _) => "an unknown value reached a control".into(),
             (Stop::Limit | Stop::Until, _) => "ran to the end".into(),
@@ -269,6 +270,7 @@ impl Report<'_> {
             Stop::Until => "until",
             Stop::Limit => "limit",
             Stop::Idle => "idle",
+            Stop::Observed => "observed",
             Stop::Interrupted => "interrupted",
             Stop::UnknownControl => "unknown-control",
         };

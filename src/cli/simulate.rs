@@ -11,7 +11,7 @@ use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::elaborate::Loader;
 use crate::engine::{Engine, EngineKind, Unsettled};
 use crate::netlist::{Driver, Netlist};
-use crate::scenario::{Control, Outcome, Replay, RunError, Scenario};
+use crate::scenario::{Control, Observer, Outcome, Replay, RunError, Scenario};
 use crate::wave::Sink;
 use crate::wave::diff::Difference;
 
@@ -38,8 +38,20 @@ pub(super) fn simulate(
     sink: Option<&mut dyn Sink>,
     label: &str,
 ) -> Result<(Outcome, Option<Difference>), CliError> {
+    observed(prepared, loader, options, sink, &mut [], label)
+}
+
+/// The same under the eyes of observers.
+pub(super) fn observed(
+    prepared: &mut Prepared,
+    loader: &Loader,
+    options: &EngineArgs,
+    sink: Option<&mut dyn Sink>,
+    observers: &mut [&mut dyn Observer],
+    label: &str,
+) -> Result<(Outcome, Option<Difference>), CliError> {
     replay::compared(prepared, sink, |prepared, scenario, sink| {
-        engine(prepared, scenario, loader, options, sink, label)
+        engine(prepared, scenario, loader, options, sink, observers, label)
     })
 }
 
@@ -49,6 +61,7 @@ fn engine(
     loader: &Loader,
     options: &EngineArgs,
     sink: Option<&mut dyn Sink>,
+    observers: &mut [&mut dyn Observer],
     label: &str,
 ) -> Result<Outcome, CliError> {
     let netlist = &prepared.circuit.netlist;
@@ -70,6 +83,7 @@ fn engine(
         interrupt: interrupt::flag(),
         progress: &mut tell,
         unknown_control_ends: options.x_control == XControl::Error,
+        observers: observers.iter_mut().map(|observer| &mut **observer as &mut dyn Observer).collect(),
     };
     let outcome = crate::scenario::run_with(netlist, scenario, &mut *engine, feed, sink, &mut control);
     progress.clear();

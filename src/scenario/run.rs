@@ -12,7 +12,7 @@ use crate::Value;
 use crate::engine::{Engine, UnknownControl, Unsettled, read_bits};
 use crate::import::yosys::Monitor;
 use crate::import::yosys::monitor::{Seen, When};
-use crate::netlist::{Netlist, SignalId};
+use crate::netlist::{NetId, Netlist, SignalId};
 use crate::value::Word;
 use crate::value::word::words;
 use crate::wave::Sink;
@@ -26,6 +26,8 @@ pub enum Stop {
     Limit,
     /// Nothing can change any more.
     Idle,
+    /// What observes the run has seen enough.
+    Observed,
     /// It was asked to stop.
     Interrupted,
     /// An x or z reached a control, which was to be an error.
@@ -110,6 +112,18 @@ pub struct Control<'c> {
     pub message: &'c mut dyn FnMut(u64, usize, &str),
     /// Whether an x or z at a control ends it.
     pub unknown_control_ends: bool,
+    /// Look at the values too.
+    pub observers: Vec<&'c mut dyn Observer>,
+}
+
+/// What looks at values while a scenario runs, beside what the scenario itself wants.
+pub trait Observer {
+    /// The nets whose changes it wants to see.
+    fn nets(&self) -> Vec<NetId>;
+
+    /// Looks at the values at the end of a tick: of the first, and of each at which a net changed that anyone observes.
+    /// The [changes](Engine::changes) are those since it last looked. Returns whether the run is to end here.
+    fn look(&mut self, engine: &dyn Engine) -> bool;
 }
 
 /// Ticks between looks at the interrupt when nothing observed changes.
@@ -135,6 +149,8 @@ struct Watch<'n> {
     seen: Vec<Seen>,
     /// Nothing has been recorded yet.
     first: bool,
+    /// An observer wants the run to end.
+    enough: bool,
 }
 
 impl<'n> Watch<'n> {
@@ -170,6 +186,7 @@ impl<'n> Watch<'n> {
             buffer: vec![Word::ZERO; widest],
             seen: vec![Seen::default(); scenario.monitors.len()],
             first: true,
+            enough: false,
         }
     }
 
@@ -199,8 +216,18 @@ impl<'n> Watch<'n> {
     }
 
     /// Records the changes since the last time, and regards what else watches them.
-    fn record(&mut self, engine: &mut dyn Engine, sink: &mut Option<&mut dyn Sink>) -> io::Result<()> {
+    fn record(
+        &mut self,
+        engine: &mut dyn Engine,
+        sink: &mut Option<&mut dyn Sink>,
+        observers: &mut [&mut dyn Observer],
+    ) -> io::Result<()> {
         let first = std::mem::replace(&mut self.first, false);
+        for observer in observers {
+            if first || !engine.changes().is_empty() {
+                self.enough |= observer.look(engine);
+            }
+        }
         if let (Some(sink), Some(recording)) = (sink, &mut self.recording) {
             recording.record(engine, first, *sink)?;
         }
@@ -253,6 +280,7 @@ pub fn run_with(
     if let (Some(sink), Some(recording)) = (&mut sink, &watch.recording) {
         sink.begin(recording.layout())?;
     }
+    control.observers.iter().flat_map(|o| o.nets()).for_each(|net| engine.observe(net));
     for c in &scenario.clocks {
         engine.add_clock(c.net, c.clock);
     }
@@ -369,7 +397,7 @@ fn instants(
             engine.settle()?;
         }
         watch.look(engine, &scenario.monitors, outcome, control);
-        watch.record(engine, sink)?;
+        watch.record(engine, sink, &mut control.observers)?;
         while let Some(&(_, i)) = checks.next_if(|c| c.0 <= now) {
             let Rule::Value(_, expected) = &scenario.expect[i].rule else { continue };
             let found = watch.value(engine, scenario.expect[i].signal);
@@ -387,6 +415,9 @@ fn instants(
             && watch.read(engine, *signal).iter().copied().eq(value.words())
         {
             return Ok(Stop::Until);
+        }
+        if watch.enough {
+            return Ok(Stop::Observed);
         }
         if now >= scenario.limit {
             return Ok(Stop::Limit);
@@ -423,7 +454,7 @@ pub(crate) fn value(netlist: &Netlist, engine: &dyn Engine, signal: SignalId) ->
     Value::from_words(read(netlist, engine, signal, &mut buffer), width)
 }
 
-fn drive(engine: &mut dyn Engine, net: crate::netlist::NetId, value: &Value) {
+fn drive(engine: &mut dyn Engine, net: NetId, value: &Value) {
     // inputs change seldom: this may allocate
     let all: Vec<Word> = value.words().collect();
     engine.drive(net, &all);

@@ -32,6 +32,7 @@ fn go(netlist: &Netlist, scenario: &Scenario) -> (Outcome, String) {
         progress: &mut |_| {},
         message: &mut |_, _, _| {},
         unknown_control_ends: false,
+        observers: Vec::new(),
     };
     let outcome = run(netlist, scenario, &mut EventEngine::new(netlist), Some(&mut sink), &mut control).unwrap();
     drop(sink);

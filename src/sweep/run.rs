@@ -300,13 +300,18 @@ impl Sweep<'_> {
     pub(super) fn alone(&self, engine: &mut EventEngine, row: u64, stop: &AtomicBool) -> Option<Row> {
         let scenario = self.scenario_of(row);
         engine.reset();
-        let mut control =
-            Control { interrupt: stop, progress: &mut |_| {}, message: &mut |_, _, _| {}, unknown_control_ends: false };
+        let mut control = Control {
+            interrupt: stop,
+            progress: &mut |_| {},
+            message: &mut |_, _, _| {},
+            unknown_control_ends: false,
+            observers: Vec::new(),
+        };
         let verdict = None;
         match crate::scenario::run(self.netlist, &scenario, engine, None, &mut control) {
             Ok(outcome) => {
                 let ended = match outcome.stop {
-                    Stop::Until => Ended::Until,
+                    Stop::Until | Stop::Observed => Ended::Until,
                     Stop::Limit | Stop::UnknownControl => Ended::Limit,
                     Stop::Idle => Ended::Idle,
                     Stop::Interrupted => return None,

@@ -67,6 +67,7 @@ fn same(label: &str, circuit: &Circuit, change: impl Fn(&mut Scenario), overs: &
             progress: &mut |_| {},
             message: &mut |_, _, _| {},
             unknown_control_ends: false,
+            observers: Vec::new(),
         };
         let (ended, time, outputs) = match scenario::run(netlist, &one, &mut engine, None, &mut control) {
             Ok(o) => {

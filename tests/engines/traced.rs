@@ -44,6 +44,7 @@ fn go(netlist: &Netlist, scenario: &Scenario, engine: &mut dyn Engine, sink: &mu
         progress: &mut |_| {},
         message: &mut |_, _, _| {},
         unknown_control_ends: false,
+        observers: Vec::new(),
     };
     match run(netlist, scenario, engine, Some(sink), &mut control) {
         Ok(outcome) => Some(outcome),

@@ -19,6 +19,7 @@ mod start;
 mod stimulus;
 mod verilog;
 mod view;
+mod why;
 mod yosys;
 mod yosys_cells;
 mod yosys_memory;

@@ -200,6 +200,7 @@ fn check(path: &Path) -> bool {
         progress: &mut progress,
         message: &mut |_, _, _| {},
         unknown_control_ends: false,
+        observers: Vec::new(),
     };
     // it may well not settle
     let _ = discreta::scenario::run(&circuit.netlist, &scenario, &mut engine, None, &mut control);

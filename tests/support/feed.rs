@@ -269,6 +269,7 @@ impl System {
             progress: &mut |_| {},
             message: &mut |_, _, _| {},
             unknown_control_ends: false,
+            observers: Vec::new(),
         };
         let mut pulses = Pulses::default();
         let mut engine = EventEngine::new(netlist);

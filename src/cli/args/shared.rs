@@ -105,6 +105,28 @@ pub(super) fn clock(text: &str) -> Result<ClockOption, String> {
     Ok(option)
 }
 
+/// A reset: `NET=TIME[,low]`.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct ResetOption {
+    /// The input.
+    pub net: String,
+    /// The time at which it ends.
+    pub time: String,
+    /// Whether it is active at 0.
+    pub low: bool,
+}
+
+pub(super) fn reset(text: &str) -> Result<ResetOption, String> {
+    let write = || "write it as NET=TIME, as in rst=20ns; `,low` may follow".to_owned();
+    let Assignment { name, value } = assignment(text).map_err(|_| write())?;
+    let (time, low) = match value.split_once(',') {
+        Some((time, low)) if low.trim() == "low" => (time.trim().to_owned(), true),
+        Some(_) => return Err(write()),
+        None => (value, false),
+    };
+    if time.is_empty() { Err(write()) } else { Ok(ResetOption { net: name, time, low }) }
+}
+
 /// Options that decide which netlist a circuit file becomes.
 #[derive(Args, Debug, Clone)]
 pub struct ElaborationArgs {
@@ -222,6 +244,11 @@ pub struct ScenarioArgs {
     /// given several times
     #[arg(long, value_name = "NET=PERIOD", value_parser = clock)]
     pub clock: Vec<ClockOption>,
+
+    /// Hold an input at 1 from the start to this time, then at 0; with `,low` the other way round: rst_n=20ns,low; may be
+    /// given several times
+    #[arg(long, value_name = "NET=TIME", value_parser = reset)]
+    pub reset: Vec<ResetOption>,
 
     /// Stop after this many periods of the first clock
     #[arg(long, value_name = "N", conflicts_with = "time")]

@@ -55,6 +55,7 @@ fn outcome(history: &[(u64, char, char)], end: u64, rules: &[Made<'_>], expect: 
         progress: &mut |_| {},
         message: &mut |_, _, _| {},
         unknown_control_ends: false,
+        observers: Vec::new(),
     };
     run(&netlist, &scenario, &mut EventEngine::new(&netlist), None, &mut control).unwrap()
 }

@@ -1,7 +1,10 @@
 //! What a circuit's nets are in the waveform that drives it, and whether they were the same in the run.
 
+use std::collections::HashMap;
+
 use super::names::{Found, Mismatch, Part, named};
 use super::{Finder, Replay, differs, tick};
+use crate::Value;
 use crate::diag::{Code, Diagnostic};
 use crate::netlist::{Direction, Netlist, SignalId};
 use crate::scenario::glob::{glob_path, glob_set};
@@ -163,7 +166,50 @@ impl Expected {
     }
 }
 
+/// What a waveform has of some signals: each change, in ticks of the circuit.
+pub type Golden = HashMap<SignalId, Vec<(u64, Value)>>;
+
 impl Replay {
+    /// What the waveform has of all that is to be compared, of those that `wanted` chooses.
+    ///
+    /// # Errors
+    /// Damaged values.
+    pub fn golden(&mut self, wanted: impl Fn(SignalId) -> bool) -> Result<Golden, ReadError> {
+        let mut golden = Golden::new();
+        let Some(expected) = &self.expected else { return Ok(golden) };
+        for (signal, parts) in expected.signals.iter().zip(&expected.parts).filter(|(signal, _)| wanted(**signal)) {
+            let width = parts.iter().map(|part| part.at + part.width).max().unwrap_or(0);
+            let vars: Vec<usize> = parts.iter().map(|part| part.var).collect();
+            let tracks = Tracks::load(&mut self.waves, &vars)?;
+            let mut player = tracks.play(&self.waves);
+            let mut value = vec![Word::x(u64::MAX); words(width)];
+            let list = golden.entry(*signal).or_default();
+            while let Some(time) = player.time() {
+                player.step(&mut |lane, bits| {
+                    let Compared { at, width, reversed, .. } = parts[lane];
+                    bits.write(&mut value, at, width, reversed);
+                });
+                list.push((tick(self.scale, time), Value::from_words(&value, width)));
+            }
+            list.dedup_by(|later, earlier| {
+                // of two at one tick the last counts
+                let same = later.0 == earlier.0;
+                if same {
+                    std::mem::swap(later, earlier);
+                }
+                same
+            });
+        }
+        Ok(golden)
+    }
+
+    /// On which side x agrees with anything: in the waveform, in the run.
+    #[must_use]
+    pub fn loose(&self) -> [bool; 2] {
+        let loose = self.expected.as_ref().and_then(|expected| expected.loose);
+        [loose == Some(Loose::Wave), loose == Some(Loose::Run)]
+    }
+
     /// Compares a run with what was expected. `run` is the waveform of it, with the [layout](Expected::layout) of what
     /// is compared. None if nothing was expected.
     ///

@@ -23,7 +23,7 @@ use crate::wave::play::Tracks;
 use crate::wave::read::{ReadError, Waves};
 use crate::wave::scopes::some;
 
-pub use expected::Expected;
+pub use expected::{Expected, Golden};
 pub use feed::Feed;
 use names::{Mismatch, Names, Part};
 use together::{Unit, mask, together};
