@@ -98,7 +98,7 @@ pub(crate) fn number(value: f64) -> String {
 }
 
 /// Text that can mean no markup. What no XML file may hold is left out.
-fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

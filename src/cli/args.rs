@@ -195,6 +195,10 @@ Examples:
   discreta test traces/evaluation/line_5_3.json
   discreta test --bless
         make the waveforms of this run the golden ones; look at the changes before you commit them
+  discreta test --format github
+        in a workflow: failures are shown at their lines in the pull request; --format junit is for other services
+  discreta test --filter circle --fail-fast -q
+        only scenarios whose path has `circle` in it, up to the first that fails
 
 Exit status: 0 all agree; 1 some differ or fail; 2 usage, input or output.")]
 pub struct TestArgs {
@@ -206,13 +210,42 @@ pub struct TestArgs {
     #[arg(long)]
     pub bless: bool,
 
+    /// Run only scenarios whose path contains this; may be given several times
+    #[arg(long, value_name = "TEXT")]
+    pub filter: Vec<String>,
+
+    /// Print which scenarios there are, and run none
+    #[arg(long)]
+    pub list: bool,
+
+    /// Stop after the first that fails
+    #[arg(long)]
+    pub fail_fast: bool,
+
+    /// Print only those that fail, and the summary
+    #[arg(short, long)]
+    pub quiet: bool,
+
     /// The engine, and what to do about x.
     #[command(flatten)]
     pub engine: EngineArgs,
 
-    /// Text or JSON.
-    #[command(flatten)]
-    pub format: FormatArgs,
+    /// Print results for people, for programs, or for a service that runs tests
+    #[arg(long, value_name = "FORMAT", default_value = "text")]
+    pub format: TestFormat,
+}
+
+/// How `test` prints its results.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum TestFormat {
+    /// For people.
+    Text,
+    /// For programs: JSON.
+    Json,
+    /// JUnit's XML, which most services read.
+    Junit,
+    /// Annotations of GitHub's workflows.
+    Github,
 }
 
 /// `discreta diff`.

@@ -72,11 +72,17 @@ const TROUBLE: u8 = 2;
 
 /// Runs the command as it was typed.
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse_from(asked(std::env::args_os().collect())) {
+    let words: Vec<OsString> = std::env::args_os().collect();
+    let json = asks_json(&words);
+    let cli = match Cli::try_parse_from(asked(words)) {
         Ok(cli) => cli,
         // Also help and version, which are printed to standard output and are no error.
         Err(error) => {
             let status = error.exit_code() as u8;
+            if json && status == TROUBLE {
+                let text = error.render().to_string();
+                tell_json(&CliError::usage(text.trim_end().trim_start_matches("error: ")));
+            }
             return match error.print() {
                 Ok(()) => ExitCode::from(status),
                 Err(error) => report(&CliError::stdout(error)),
@@ -103,8 +109,31 @@ pub fn main() -> ExitCode {
         Ok(_) if out.is_incomplete() => ExitCode::from(TROUBLE),
         Ok(Status::Done) => ExitCode::SUCCESS,
         Ok(Status::Failed) => ExitCode::FAILURE,
-        Err(error) => report(&error),
+        Err(error) => {
+            if json {
+                tell_json(&error);
+            }
+            report(&error)
+        }
     }
+}
+
+/// Whether a command line asks for JSON.
+fn asks_json(words: &[OsString]) -> bool {
+    words.iter().any(|word| word == "--format=json")
+        || words.windows(2).any(|pair| pair[0] == "--format" && pair[1] == "json")
+}
+
+/// Tells a program what a person reads on standard error.
+fn tell_json(error: &CliError) {
+    if error.is_broken_pipe() || matches!(error, CliError::Told | CliError::Stdout(_)) {
+        return;
+    }
+    let message = anstream::adapter::strip_str(&error.to_string()).to_string();
+    let mut out = Out::stdout();
+    // that nobody reads it is no further error
+    let _ = out.json(&serde_json::json!({ "ok": false, "error": { "message": message, "help": error.hint() } }));
+    let _ = out.flush();
 }
 
 /// The command line with `help COMMAND`, as many programs have it, in place of which this one has `COMMAND --help`.

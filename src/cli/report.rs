@@ -14,7 +14,7 @@ use crate::Value;
 use crate::circuit::Loader;
 use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::netlist::{CellId, Netlist, SignalId};
-use crate::scenario::{Found, Outcome, Replay, Rule, Stop};
+use crate::scenario::{AssertionFailure, Found, Outcome, Replay, Rule, Stop};
 use crate::wave::diff::Difference;
 
 /// A tick with its unit.
@@ -263,6 +263,51 @@ impl Report<'_> {
         told
     }
 
+    /// The assertions that failed, for programs.
+    fn assertions(&self) -> Vec<Json> {
+        let one = |failed: &AssertionFailure| {
+            let monitor = &self.prepared.scenario.monitors[failed.monitor];
+            let values: serde_json::Map<String, Json> =
+                failed.operands.iter().map(|(name, value)| (name.clone(), json!(value.to_string()))).collect();
+            json!({ "time": failed.time, "name": monitor.name, "message": failed.text, "values": values,
+                    "source": monitor.source })
+        };
+        self.outcome.assertions.iter().map(one).collect()
+    }
+
+    /// Where they stand in the source, as far as that is known.
+    pub fn assertion_places(&self) -> Vec<super::test::Place> {
+        let lines = self.failed_assertions();
+        let place = |(failed, line): (&AssertionFailure, &str)| {
+            let source = self.prepared.scenario.monitors[failed.monitor].source.as_ref()?;
+            let (file, rest) = source.split('|').next()?.rsplit_once(':')?;
+            let (line_number, column) = rest.split('-').next()?.split_once('.').unwrap_or((rest, "1"));
+            Some(super::test::Place {
+                file: file.to_owned(),
+                line: line_number.parse().ok()?,
+                column: column.parse().ok()?,
+                message: line.to_owned(),
+            })
+        };
+        self.outcome.assertions.iter().zip(lines.lines()).filter_map(place).collect()
+    }
+
+    /// The same for people, a line each.
+    pub fn failed_assertions(&self) -> String {
+        let netlist = &self.prepared.circuit.netlist;
+        let mut text = String::new();
+        for failed in &self.outcome.assertions {
+            let monitor = &self.prepared.scenario.monitors[failed.monitor];
+            let values: Vec<String> = failed.operands.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+            let values = if values.is_empty() { String::new() } else { format!(" [{}]", values.join(", ")) };
+            let colon = if failed.text.is_empty() { "" } else { ": " };
+            let source = monitor.source.as_ref().map_or_else(String::new, |s| format!(" ({s})"));
+            let at = time(netlist, failed.time);
+            text += &format!("assertion `{}` fails at {at}{colon}{}{values}{source}\n", monitor.name, failed.text);
+        }
+        text
+    }
+
     /// The same for programs.
     pub fn json(&self) -> Json {
         let netlist = &self.prepared.circuit.netlist;
@@ -297,6 +342,7 @@ impl Report<'_> {
             "failures": self.diagnostics().to_json(&self.loader.sources),
             "unknown_controls": unknown,
             "assertions_failed": self.outcome.assertions_failed,
+            "assertions": self.assertions(),
             "uncovered": self.outcome.uncovered.iter().map(|&i| &self.prepared.scenario.monitors[i].name).collect::<Vec<_>>(),
             "events": self.outcome.events,
             "engine": self.outcome.engine,

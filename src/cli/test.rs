@@ -1,10 +1,13 @@
 //! `discreta test`: scenarios, what they expect, and the golden traces beside them.
 
+mod results;
+
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
-use serde_json::{Value as Json, json};
+use serde_json::Value as Json;
 
-use super::args::{Format, TestArgs};
+use super::args::{TestArgs, TestFormat};
 use super::loading::{faults, plain, rendered};
 use super::prepare::{Changes, is_scenario, prepare};
 use super::report::Report;
@@ -20,20 +23,8 @@ use crate::wave::read::Waves;
 use crate::wave::text::Style;
 use crate::wave::text::around::around;
 use crate::wave::vcd::VcdWriter;
-
-/// How one scenario went.
-enum Verdict {
-    /// As expected, and the same as its golden trace.
-    Passed,
-    /// As expected; it has no golden trace.
-    NoGolden,
-    /// Its golden trace was written.
-    Blessed,
-    /// What went wrong, for people, and for programs.
-    Failed(String, Json),
-    /// It could not be run.
-    Broken(String),
-}
+pub use results::Place;
+use results::{Case, Trouble, Verdict};
 
 /// Runs the command.
 ///
@@ -45,47 +36,67 @@ pub fn run(args: &TestArgs, out: &mut Out) -> Result<Status, CliError> {
     for path in &args.path {
         find(path, &mut scenarios)?;
     }
+    let list: Vec<String> = args.path.iter().map(|p| p.display().to_string()).collect();
     if scenarios.is_empty() {
-        let list: Vec<String> = args.path.iter().map(|p| p.display().to_string()).collect();
         return Err(CliError::usage(format!("there are no scenarios in {}", list.join(", ")))
             .with_hint("a scenario is a JSON file with a `circuit`"));
     }
-    let (mut passed, mut failed, mut broken) = (0, 0, 0);
-    let mut listed = Vec::new();
+    if !args.filter.is_empty() {
+        scenarios.retain(|path| args.filter.iter().any(|text| path.display().to_string().contains(text.as_str())));
+        if scenarios.is_empty() {
+            let text = format!("no scenario in {} has {} in its path", list.join(", "), args.filter.join(" or "));
+            return Err(CliError::usage(text).with_hint("--list shows which there are"));
+        }
+    }
+    if args.list {
+        if args.format == TestFormat::Json {
+            let list: Vec<String> = scenarios.iter().map(|path| path.display().to_string()).collect();
+            out.json(&list)?;
+            return Ok(Status::Done);
+        }
+        for path in &scenarios {
+            out.write_fmt(format_args!("{}\n", path.display()))?;
+        }
+        return Ok(Status::Done);
+    }
+    let mut cases: Vec<Case> = Vec::new();
     for path in &scenarios {
         if interrupt::interrupted() {
-            tell!("interrupted; {} scenarios were not run\n", scenarios.len() - passed - failed - broken);
+            tell!("interrupted; {} scenarios were not run\n", scenarios.len() - cases.len());
             return Ok(Status::Failed);
         }
+        let started = Instant::now();
         let verdict = one(path, args)?;
-        let (word, detail, json) = match verdict {
-            Verdict::Passed => ("ok", String::new(), Json::Null),
-            Verdict::NoGolden => ("ok (no golden trace; --bless makes one)", String::new(), Json::Null),
-            Verdict::Blessed => ("blessed", String::new(), Json::Null),
-            Verdict::Failed(text, json) => ("FAILED", text, json),
-            Verdict::Broken(text) => ("BROKEN", text, Json::Null),
-        };
-        match word {
-            "FAILED" => failed += 1,
-            "BROKEN" => broken += 1,
-            _ => passed += 1,
-        }
-        if args.format.format == Format::Json {
-            let message = if detail.is_empty() { Json::Null } else { json!(detail) };
-            listed.push(json!({ "scenario": path.display().to_string(), "verdict": word.split(' ').next(), "message": message, "difference": json }));
-            continue;
-        }
-        out.write_fmt(format_args!("{}: {word}\n", path.display()))?;
-        for line in detail.trim_end().lines() {
-            out.write_fmt(format_args!("{}\n", format!("    {line}").trim_end()))?;
+        let case = Case { path: path.clone(), verdict, seconds: started.elapsed().as_secs_f64() };
+        results::one(&case, args.format, args.quiet, out)?;
+        let failed = case.verdict.trouble().is_some();
+        cases.push(case);
+        if failed && args.fail_fast {
+            break;
         }
     }
-    if args.format.format == Format::Json {
-        out.json(&json!({ "passed": passed, "failed": failed + broken, "scenarios": listed }))?;
-    } else {
-        out.write_fmt(format_args!("\n{passed} passed, {} failed\n", failed + broken))?;
-    }
-    Ok(Status::of(failed + broken == 0))
+    results::all(&cases, scenarios.len() - cases.len(), args.format, out)?;
+    Ok(Status::of(cases.iter().all(|case| case.verdict.trouble().is_none())))
+}
+
+/// The places of faults, for services that show them there.
+fn places(diagnostics: &Json) -> Vec<Place> {
+    let place = |fault: &Json| {
+        let message = fault["message"].as_str()?.to_owned();
+        Some(Place {
+            file: fault["file"].as_str()?.to_owned(),
+            line: fault["line"].as_u64()?,
+            column: fault["column"].as_u64()?,
+            message,
+        })
+    };
+    diagnostics.as_array().into_iter().flatten().filter_map(place).collect()
+}
+
+/// What is wrong with a scenario that cannot be run.
+fn broken(text: String, loader: &Loader) -> Verdict {
+    let json = loader.diagnostics.to_json(&loader.sources);
+    Verdict::Broken(Trouble { text, places: places(&json), json })
 }
 
 /// The scenarios at a path: itself, or all below it, in order of their names.
@@ -122,7 +133,7 @@ fn one(path: &Path, args: &TestArgs) -> Result<Verdict, CliError> {
     let prepared = prepare(&mut loader, path, &Changes::default());
     let mut prepared = match faults(&mut loader, prepared) {
         Ok(prepared) => prepared,
-        Err(CliError::Input(text)) => return Ok(Verdict::Broken(text)),
+        Err(CliError::Input(text)) => return Ok(broken(text, &loader)),
         Err(e) => return Err(e),
     };
     // what drives the run may stand where a golden trace would; then it is that with which the run is compared
@@ -135,7 +146,7 @@ fn one(path: &Path, args: &TestArgs) -> Result<Verdict, CliError> {
     let (outcome, difference) =
         match simulate(&mut prepared, &loader, &args.engine, recorded, &path.display().to_string()) {
             Ok(ran) => ran,
-            Err(CliError::Input(text)) => return Ok(Verdict::Broken(text)),
+            Err(CliError::Input(text)) => return Ok(broken(text, &loader)),
             Err(e) => return Err(e),
         };
     drop(sink);
@@ -143,11 +154,14 @@ fn one(path: &Path, args: &TestArgs) -> Result<Verdict, CliError> {
     let report = Report { prepared: &prepared, loader: &loader, outcome: &outcome, files: &[], difference };
     if report.status() == Status::Failed {
         let mut text = rendered(&report.diagnostics(), &loader);
+        text += &report.failed_assertions();
         text += &report.text(false);
         if let Some(difference) = difference.filter(|d| !d.same) {
             text += &format!("\n{difference}");
         }
-        return Ok(Verdict::Failed(text, report.json()));
+        let mut places = places(&report.diagnostics().to_json(&loader.sources));
+        places.extend(report.assertion_places());
+        return Ok(Verdict::Failed(Trouble { text, json: report.json(), places }));
     }
     if !is_golden {
         return Ok(if pinned { Verdict::Passed } else { Verdict::NoGolden });
@@ -168,7 +182,9 @@ fn one(path: &Path, args: &TestArgs) -> Result<Verdict, CliError> {
         let mut to = Output::create(&golden)?;
         to.write_all(&waveform)?;
         to.complete()?;
-        return Ok(Verdict::Blessed);
+        let netlist = &prepared.circuit.netlist;
+        let unknown = outcome.outputs.iter().filter(|(_, value)| !value.is_known());
+        return Ok(Verdict::Blessed(unknown.map(|(signal, _)| netlist.signal(*signal).name.clone()).collect()));
     }
     differing(&golden, &waveform)
 }
@@ -187,7 +203,9 @@ fn differing(golden: &Path, waveform: &[u8]) -> Result<Verdict, CliError> {
         .map_err(|source| CliError::Io { message: "cannot keep the waveform for comparison".to_owned(), source })?;
     let mut expected = match Waves::open(golden) {
         Ok(waves) => waves,
-        Err(e) => return Ok(Verdict::Failed(format!("{e}\n"), Json::Null)),
+        Err(e) => {
+            return Ok(Verdict::Failed(Trouble { text: format!("{e}\n"), ..Trouble::default() }));
+        }
     };
     let mut ran = Waves::open(held.path())?;
     let mut difference = diff(&mut expected, &mut ran, &Options::default())?;
@@ -201,5 +219,6 @@ fn differing(golden: &Path, waveform: &[u8]) -> Result<Verdict, CliError> {
         let picture = around(&mut expected, &mut ran, &difference, ["golden", "run"], width, Style::default())?;
         format!("{difference}{}", picture.map_or_else(String::new, |picture| format!("\n{picture}")))
     };
-    Ok(Verdict::Failed(text, serde_json::to_value(&difference).unwrap_or(Json::Null)))
+    let json = serde_json::to_value(&difference).unwrap_or(Json::Null);
+    Ok(Verdict::Failed(Trouble { text, json, places: Vec::new() }))
 }

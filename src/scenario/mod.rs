@@ -19,6 +19,6 @@ pub(crate) use glob::{glob_path, glob_set};
 pub(crate) use record::{Recording, layout};
 pub use replay::Replay;
 pub use resolve::{DEFAULT_CYCLES, DrivenClock, Event, Expectation, Rule, Scenario};
-pub use run::{Control, Failure, Found, Observer, Outcome, RunError, Stop, run, run_with};
+pub use run::{AssertionFailure, Control, Failure, Found, Observer, Outcome, RunError, Stop, run, run_with};
 
 pub(crate) use run::value;

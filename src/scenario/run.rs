@@ -75,11 +75,29 @@ pub struct Outcome {
     pub unknown_controls: Vec<UnknownControl>,
     /// How often an assertion or assumption of the circuit failed.
     pub assertions_failed: u64,
+    /// The first of these.
+    pub assertions: Vec<AssertionFailure>,
     /// The numbers, among the monitors, of what was to happen and did not.
     pub uncovered: Vec<usize>,
     /// The last values of the circuit's outputs, in order.
     pub outputs: Vec<(SignalId, Value)>,
 }
+
+/// An assertion or assumption of the circuit that failed.
+#[derive(Clone, Debug)]
+pub struct AssertionFailure {
+    /// The tick at which it was noticed.
+    pub time: u64,
+    /// Its number among the monitors.
+    pub monitor: usize,
+    /// What it says.
+    pub text: String,
+    /// What its condition is made of.
+    pub operands: Vec<(String, Value)>,
+}
+
+/// Assertions that are kept one by one.
+pub const MAX_ASSERTIONS: usize = 100;
 
 /// Why a run broke off.
 #[derive(Debug)]
@@ -209,7 +227,25 @@ impl<'n> Watch<'n> {
             let said = monitor.look(&mut seen, engine.now(), |signal| self.value(engine, signal));
             self.seen[i] = seen;
             if let Some(text) = said {
-                outcome.assertions_failed += u64::from(monitor.fails());
+                let mut text = text;
+                if monitor.fails() {
+                    outcome.assertions_failed += 1;
+                    let operands = self.seen[i].operands(monitor);
+                    let shown: Vec<String> = operands.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+                    let said = text.trim_end().to_owned();
+                    if !shown.is_empty() {
+                        let gap = if said.is_empty() { "" } else { " " };
+                        text = format!("{said}{gap}[{}]", shown.join(", "));
+                    }
+                    if outcome.assertions.len() < MAX_ASSERTIONS {
+                        outcome.assertions.push(AssertionFailure {
+                            time: engine.now(),
+                            monitor: i,
+                            text: said,
+                            operands,
+                        });
+                    }
+                }
                 (control.message)(engine.now(), i, &text);
             }
         }
@@ -296,6 +332,7 @@ pub fn run_with(
         checks: Vec::new(),
         unknown_controls: Vec::new(),
         assertions_failed: 0,
+        assertions: Vec::new(),
         uncovered: Vec::new(),
         outputs: Vec::new(),
     };

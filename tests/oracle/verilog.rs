@@ -136,6 +136,50 @@ module t(input [7:0] a, input s, output [7:0] y);\n  wire [7:0] q;\n  ram u (.a(
     assert!(y("run t.v --time 4ns -s a=5 -s s=1 --blackbox ram").contains("y = 5\n"));
 }
 
+/// What an assertion is made of is told as it was sampled: n counts from 0 at the edge of 15 ns, so that it is 5 at that of 65 ns.
+#[needs(yosys)]
+#[test]
+fn an_assertion_tells_its_values() {
+    let design = "module t(input clk, input rst, output reg [7:0] n);
+  reg [3:0] state;
+  always @(posedge clk) if (rst) begin n <= 0; state <= 0; end else begin n <= n + 1; state <= state + 3; end
+  always @(posedge clk) if (!rst) limit: assert (n + state < 20);
+endmodule
+";
+    let scenario = r#"{ "circuit": "t.sv", "simulation": { "clocks": { "clk": { "period": 10 } }, "inputs": { "rst": 1 },
+        "stimulus": [{ "at": 12, "set": { "rst": 0 } }], "limit": { "cycles": 8 } } }"#;
+    let folder = with("verilog_assert", &[("t.sv", design), ("s.json", scenario)]);
+    let (status, text, _) = discreta(&folder, "test s.json --format github");
+    assert_eq!(status, 1);
+    // 5 + 15 is the first sum of 20, at the sixth edge after the reset
+    let line = text.lines().find(|l| l.starts_with("::error ")).unwrap();
+    assert!(
+        line.starts_with("::error file=t.sv,line=4,col=35,title=s.json::assertion `limit` fails at 65 ns"),
+        "{line}"
+    );
+    assert!(line.contains("n = 8'd5") && line.contains("state = 4'd15"), "{line}");
+    let (_, text, _) = discreta(&folder, "run s.json --format json");
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let first = &json["assertions"][0];
+    assert_eq!(
+        (&first["time"], &first["values"]["n"], &first["values"]["state"]),
+        (&65.into(), &"8'd5".into(), &"4'd15".into())
+    );
+    assert_eq!(first["source"].as_str().unwrap().split('.').next(), Some("t"));
+}
+
+/// A golden trace in which outputs are x is no good one.
+#[needs(yosys)]
+#[test]
+fn blessing_warns_of_x() {
+    let design = "module t(input clk, input d, output reg q, output reg never);\n  always @(posedge clk) q <= d;\n  always @(posedge clk) never <= never ^ d;\nendmodule\n";
+    let scenario = r#"{ "circuit": "t.v", "simulation": { "clocks": { "clk": { "period": 10 } }, "inputs": { "d": 1 }, "limit": { "cycles": 3 } } }"#;
+    let folder = with("verilog_bless", &[("t.v", design), ("s.json", scenario)]);
+    let (status, text, _) = discreta(&folder, "test s.json --bless");
+    assert_eq!(status, 0);
+    assert!(text.contains("warning: the golden trace ends with x on outputs: never\n"), "{text}");
+}
+
 /// A netlist of cells counts the clocks that its gate lets through.
 #[needs(yosys)]
 #[test]

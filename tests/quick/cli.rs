@@ -453,6 +453,42 @@ fn test_tells_a_failed_from_a_broken_scenario_and_goes_on() {
         "{stdout}"
     );
 
+    // what a service shows: the failure at its line, and the same as XML
+    let (status, stdout, _) = test_in(dir.path(), &["--format", "github", "-q"]);
+    assert_eq!(status, 1);
+    let shown: Vec<&str> = stdout.lines().filter(|l| l.starts_with("::error ")).collect();
+    assert_eq!(
+        shown,
+        [
+            "::error file=traces/a_broken.json,line=1,col=65,title=traces/a_broken.json::the circuit has no net `Q`",
+            "::error file=traces/b_fails.json,line=1,col=107,title=traces/b_fails.json::`q` is 2 at the end (6 ns), not 3",
+        ]
+    );
+    assert!(!stdout.contains("to_five"), "{stdout}");
+    let (status, stdout, _) = test_in(dir.path(), &["--format", "junit"]);
+    assert_eq!(status, 1);
+    for part in [
+        "<testsuites name=\"discreta\" tests=\"3\" failures=\"1\" errors=\"1\"",
+        "<testcase classname=\"traces\" name=\"a_broken\" file=\"traces/a_broken.json\"",
+        "<error message=\"the circuit has no net `Q`\">",
+        "<failure message=\"`q` is 2 at the end (6 ns), not 3\">",
+    ] {
+        assert!(stdout.contains(part), "{part}: {stdout}");
+    }
+    assert_eq!(stdout.matches("<testcase ").count(), 3);
+    let (status, stdout, _) = test_in(dir.path(), &["--fail-fast", "--format", "json"]);
+    let json: Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!((status, &json["failed"], &json["not_run"]), (1, &1.into(), &2.into()));
+    assert_eq!(json["scenarios"][0]["places"][0]["line"], 1);
+    let (status, stdout, _) = test_in(dir.path(), &["--filter", "to_five", "-q"]);
+    assert_eq!((status, stdout.as_str()), (0, "\n1 passed, 0 failed\n"));
+    let (status, stdout, _) = test_in(dir.path(), &["--filter", "b_", "--filter", "five", "--list"]);
+    assert_eq!((status, stdout.as_str()), (0, "traces/b_fails.json\ntraces/to_five.json\n"));
+    let (status, stdout, stderr) = test_in(dir.path(), &["--filter", "zz", "--format", "json"]);
+    let json: Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!((status, &json["ok"]), (2, &false.into()), "{stderr}");
+    assert!(json["error"]["message"].as_str().unwrap().contains("has zz in its path"), "{stdout}");
+
     let (status, stdout, stderr) = test_in(dir.path(), &["nowhere"]);
     assert_eq!((status, stdout.as_str()), (2, ""));
     assert!(stderr.contains("cannot read `nowhere`"), "{stderr}");

@@ -46,6 +46,8 @@ pub struct Monitor {
     pub when: When,
     /// Whether it acts, in bit 0, whether its condition holds, in bit 1, and its arguments.
     pub signal: SignalId,
+    /// The named nets that its condition is made of, and how many bits each has; their values stand above the arguments.
+    pub operands: Vec<(String, u32)>,
     /// What it says.
     pub format: Vec<Piece>,
     /// The scope of its module.
@@ -80,6 +82,23 @@ pub struct Seen {
 }
 
 impl Seen {
+    /// The values of what a monitor's condition is made of, as it last looked at them.
+    #[must_use]
+    pub fn operands(&self, monitor: &Monitor) -> Vec<(String, Value)> {
+        let Some(now) = &self.value else { return Vec::new() };
+        let mut at = monitor.arguments_end(now);
+        let mut found = Vec::new();
+        for (name, width) in &monitor.operands {
+            let mut value = Value::unknown(*width);
+            (0..*width).for_each(|i| value.set_bit(i, now.bit(at + i)));
+            found.push((name.clone(), value));
+            at += width;
+        }
+        found
+    }
+}
+
+impl Seen {
     /// Whether what was to happen has.
     #[must_use]
     pub fn is_covered(&self) -> bool {
@@ -100,7 +119,11 @@ impl Monitor {
         let first = seen.value.is_none();
         let now = value(self.signal);
         let news = match self.when {
-            When::Changed => seen.value.as_ref() != Some(&now) && !(first && now.bit(1) == Logic::X),
+            When::Changed => {
+                let end = self.arguments_end(&now);
+                let same = |before: &Value| (0..end).all(|bit| before.bit(bit) == now.bit(bit));
+                !seen.value.as_ref().is_some_and(same) && !(first && now.bit(1) == Logic::X)
+            }
             When::Start => first,
             When::Edge(counter) => {
                 let edges = value(counter);
@@ -119,10 +142,16 @@ impl Monitor {
             Flavor::Cover => holds && !std::mem::replace(&mut seen.covered, true),
         };
         says.then(|| {
-            let mut arguments = Value::from_u64(0, now.width() - 2);
-            (2..now.width()).for_each(|i| arguments.set_bit(i - 2, now.bit(i)));
+            let end = self.arguments_end(&now);
+            let mut arguments = Value::from_u64(0, end - 2);
+            (2..end).for_each(|i| arguments.set_bit(i - 2, now.bit(i)));
             render(&self.format, &arguments, time)
         })
+    }
+
+    /// The bit after those of the arguments.
+    fn arguments_end(&self, now: &Value) -> u32 {
+        now.width() - self.operands.iter().map(|operand| operand.1).sum::<u32>()
     }
 
     /// Whether it was to happen and did not.
