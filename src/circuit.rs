@@ -4,7 +4,8 @@
 //! what most programs need of both.
 
 pub use crate::elaborate::{
-    Circuit, FileHandle, LoadError, Loader, Synthesis, load, load_sources, load_text, load_with, read_file,
+    BUILT_IN, Circuit, FileHandle, LoadError, Loader, Synthesis, built_in, load, load_sources, load_text, load_with,
+    read_file,
 };
 pub use crate::syntax::{
     Block, Cell, CircuitFile, Constant, Direction, Expr, Limits, Module, Name, Names, Net, Parameter, ParameterText,

@@ -25,7 +25,10 @@
 //! Or build a netlist with [`netlist::Builder`], run a [`scenario`] into a [`wave`], drive an [`engine`] yourself.
 //! `docs/architecture.md` tells which room is for what, `docs/meaning.md` what a circuit means.
 
+#![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))] // some of what rooms offer only the command uses
+
 pub mod circuit;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;
 pub mod diag;
@@ -46,8 +49,10 @@ pub mod why;
 
 #[cfg(feature = "draw")]
 pub(crate) use discreta_core::guard;
+#[doc(hidden)] // for the tests, which draw by the same numbers
+pub use discreta_core::random;
 pub use discreta_core::{Logic, Timescale, Unit, Value, cell, netlist, value};
-pub(crate) use discreta_core::{files, random, safe};
+pub(crate) use discreta_core::{files, safe};
 pub use discreta_engine as engine;
 pub use discreta_interpolate as interpolate;
 pub use discreta_wave as wave;

@@ -39,7 +39,7 @@ pub use why::WhyArgs;
         A circuit is a JSON file of gates, flip-flops, registers and adders. Run it, look at the waveform in GTKWave \
         or Surfer, and pin it with golden traces.",
     after_help = "Examples:\n  \
-        discreta run circuits/evaluation/line.json -s dx=5 -s dy=3 -o line.vcd\n  \
+        discreta run discreta:evaluation/line -s dx=5 -s dy=3 -o line.vcd\n  \
         discreta check my-circuit.json\n  \
         discreta test traces\n\n\
         Exit status: 0 done; 1 a comparison, expectation or check failed, or a run hit its limit; \
@@ -88,6 +88,10 @@ pub enum Command {
     Export(ExportArgs),
     /// Measure what the documents say of their methods
     Compare(CompareArgs),
+    /// List the circuits that come with discreta
+    Circuits(CircuitsArgs),
+    /// Copy one of these circuits, to start from
+    New(NewArgs),
     /// Print the JSON Schema of the files that you write, for your editor
     Schema(SchemaArgs),
     /// Print a script that completes this command line in your shell
@@ -100,11 +104,11 @@ pub enum Command {
 #[derive(Args, Debug, Clone)]
 #[command(after_help = "\
 Examples:
-  discreta run circuits/evaluation/line.json
+  discreta run discreta:evaluation/line
         as the circuit's own scenario says; prints a summary
-  discreta run circuits/evaluation/line.json -s dx=5 -s dy=3 -o line.vcd
+  discreta run discreta:evaluation/line -s dx=5 -s dy=3 -o line.vcd
         with these inputs; the waveform goes to line.vcd
-  discreta run circuits/evaluation/line.json -o line.vcd --save && gtkwave line.gtkw
+  discreta run discreta:evaluation/line -o line.vcd --save && gtkwave line.gtkw
         set up for the circuit: groups, signed numbers, coordinates as steps
   discreta run counter.json -p W=16 --cycles 100 --trace 'q' --trace 'stage[*].*' -o -
         100 clocks of a 16-bit counter; some nets, to standard output
@@ -300,8 +304,8 @@ pub struct DiffArgs {
 #[derive(Args, Debug, Clone)]
 #[command(after_help = "\
 Examples:
-  discreta stats circuits/evaluation/line.json circuits/evaluation/line_gates.json
-  discreta stats circuits/evaluation/line_gates.json -p W=16 --depth 1
+  discreta stats discreta:evaluation/line discreta:evaluation/line_gates
+  discreta stats discreta:evaluation/line_gates -p W=16 --depth 1
         with 16 bits, and the counts of each part of the circuit
   discreta stats my-circuit.json --format json
 
@@ -342,16 +346,16 @@ pub enum ExportFormat {
 #[derive(Args, Debug, Clone)]
 #[command(after_help = "\
 Examples:
-  discreta export circuits/evaluation/line.json --to verilog -o line.v
-  discreta export circuits/evaluation/line.json --to verilog -o line.v --testbench line_tb.v -s dx=5 -s dy=3
+  discreta export discreta:evaluation/line --to verilog -o line.v
+  discreta export discreta:evaluation/line --to verilog -o line.v --testbench line_tb.v -s dx=5 -s dy=3
         with a test bench that does what `run` does with the same options; then
         iverilog -g2005 -o line line.v line_tb.v && ./line
-  discreta export circuits/evaluation/line_gates.json --to verilog -p W=16
+  discreta export discreta:evaluation/line_gates --to verilog -p W=16
         to standard output
 
-  discreta export circuits/evaluation/line.json --to yosys-json -o line_netlist.json
+  discreta export discreta:evaluation/line --to yosys-json -o line_netlist.json
         for Yosys (read_json) and discreta to read
-  discreta export circuits/evaluation/line_gates.json --to dot --depth 0 | dot -Tsvg > line.svg
+  discreta export discreta:evaluation/line_gates --to dot --depth 0 | dot -Tsvg > line.svg
 
 docs/export.md says what each cell becomes.
 Exit status: 0 written; 2 a faulty circuit, one that the format cannot hold, usage, input or output.")]
@@ -415,6 +419,38 @@ pub struct SchemaArgs {
     /// The kind of file
     #[arg(value_name = "OF", default_value = "circuit")]
     pub of: SchemaKind,
+}
+
+/// `discreta circuits`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta circuits
+  discreta circuits lib
+        the modules that any circuit may import: \"import\": [\"discreta:lib/arithmetic\"]
+
+Such a name does wherever a circuit is named: discreta run discreta:evaluation/line -s dx=5")]
+pub struct CircuitsArgs {
+    /// Only those of a folder: dda, evaluation, feed, lib, quadrant, three_axis
+    #[arg(value_name = "FOLDER")]
+    pub folder: Option<String>,
+}
+
+/// `discreta new`.
+#[derive(Args, Debug, Clone)]
+#[command(after_help = "\
+Examples:
+  discreta new evaluation/line
+        writes line.json
+  discreta new evaluation/line_gates my-line.json")]
+pub struct NewArgs {
+    /// The circuit, as `discreta circuits` lists it, with or without `discreta:`
+    #[arg(value_name = "CIRCUIT")]
+    pub circuit: String,
+
+    /// Where to [default: its name in this folder; `-` is standard output]
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub file: Option<PathBuf>,
 }
 
 /// `discreta completions`.

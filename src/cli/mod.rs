@@ -6,6 +6,7 @@
 
 pub mod args;
 pub mod check;
+mod circuits;
 pub mod compare;
 pub mod completions;
 pub mod diff;
@@ -163,6 +164,8 @@ fn dispatch(command: &Command, out: &mut Out) -> Result<Status, CliError> {
         Command::Stats(args) => stats::run(args, out),
         Command::Export(args) => export::run(args, out),
         Command::Compare(args) => compare::run(args, out),
+        Command::Circuits(args) => circuits::list(args, out),
+        Command::New(args) => circuits::copy(args, out),
         Command::Schema(args) => schema::run(args, out),
         Command::Completions(args) => completions::run(args, out),
         Command::Man(args) => man::run(args, out),

@@ -9,7 +9,7 @@ use serde::de::IgnoredAny;
 
 use super::args::{Assignment, ClockOption, Condition, DontCare, ElaborationArgs, ResetOption, ScenarioArgs, WaveArgs};
 use crate::diag::{Code, Diagnostic, Severity, Span};
-use crate::elaborate::{Circuit, Language, Loader, normal, not_a_circuit, size};
+use crate::elaborate::{Circuit, Language, Loader, built_in_import, normal, not_a_circuit, size};
 use crate::import::yosys::is_yosys;
 use crate::json::{Recover, Spanned};
 use crate::scenario::{
@@ -177,7 +177,9 @@ fn scenario_file(loader: &mut Loader, path: &Path) -> Option<Option<FromFile>> {
     }
     let scenario = ScenarioFile::parse(&loader.sources, file, &mut loader.diagnostics)?;
     let parameters = scenario.parameters.into_iter().filter_map(|(n, v)| Some((n, v.0?))).collect();
-    let circuit = normal(&path.parent().unwrap_or(Path::new("")).join(&*scenario.circuit.value));
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let circuit = built_in_import(folder, &scenario.circuit.value);
+    let circuit = circuit.unwrap_or_else(|| normal(&folder.join(&*scenario.circuit.value)));
     if let Err(fault) = size(&circuit) {
         loader.diagnostics.push(fault.at(scenario.circuit.span, "the circuit, relative to this file"));
         return None;

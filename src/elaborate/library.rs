@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
+use super::builtin;
 use super::source::normal;
 use super::{CircuitFile, Limits, Module, Name, read_file};
 use crate::cell::element;
@@ -82,7 +83,8 @@ impl Library {
                     diagnostics.push(fault.help("write the path of a circuit file, relative to this one"));
                     continue;
                 }
-                let path = normal(&base.join(&*import.value));
+                let path = builtin::import(&base, &import.value);
+                let path = path.unwrap_or_else(|| normal(&base.join(&*import.value)));
                 match self.read(&path, limits, sources, diagnostics) {
                     Ok(Some(file)) => self.files[next].imports.push((file, import.span)),
                     Ok(None) => self.files[next].misses = true,
@@ -104,6 +106,8 @@ impl Library {
         sources: &mut Sources,
         diagnostics: &mut Diagnostics,
     ) -> Result<Option<usize>, Diagnostic> {
+        let built_in = builtin::canonical(path);
+        let path = built_in.as_deref().unwrap_or(path);
         let key = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
         if let Some(&known) = self.by_path.get(&key) {
             return Ok(known);

@@ -4,6 +4,7 @@
 //! netlist, nor with what stimulus.
 
 mod arguments;
+mod builtin;
 mod flatten;
 mod library;
 mod load;
@@ -17,6 +18,8 @@ use crate::syntax::{
     Signal, value_names,
 };
 
+pub(crate) use builtin::import as built_in_import;
+pub use builtin::{PREFIX as BUILT_IN, circuits as built_in};
 pub(crate) use load::not_a_circuit;
 pub use load::{Circuit, FileHandle, LoadError, Loader, load, load_sources, load_text, load_with};
 pub use source::read_file;

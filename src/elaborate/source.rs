@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
-use super::Limits;
+use super::{Limits, builtin};
 use crate::diag::{Code, Diagnostic, FileId, Sources, Span};
 
 /// Reads the text file `path`, or standard input (`-`); `sources` calls it by its path as given. Never reads more than
@@ -13,6 +13,15 @@ use crate::diag::{Code, Diagnostic, FileId, Sources, Span};
 /// # Errors
 /// A fault without a place: an import adds where it stands.
 pub fn read_file(path: &Path, limits: &Limits, sources: &mut Sources) -> Result<FileId, Diagnostic> {
+    if let Some(path) = builtin::canonical(path)
+        && let Some(text) = builtin::text(&path)
+    {
+        let name = path.display().to_string();
+        return match sources.find(&name) {
+            Some(known) => Ok(known),
+            None => Ok(sources.add(name, text?.to_owned())),
+        };
+    }
     let name = path.display().to_string();
     let stdin = name == "-";
     let flows = stdin || is_pipe(path);
@@ -80,6 +89,9 @@ fn is_pipe(path: &Path) -> bool {
 /// # Errors
 /// That there is no such file, or that it is none that could be read.
 pub(crate) fn size(path: &Path) -> Result<u64, Diagnostic> {
+    if let Some(text) = builtin::canonical(path).and_then(|path| builtin::text(&path)) {
+        return text.map(|text| text.len() as u64);
+    }
     let metadata = std::fs::metadata(path).map_err(|e| failed(path, &e))?;
     if metadata.is_dir() {
         return Err(cannot(path, "it is a directory").help("name a file in it"));

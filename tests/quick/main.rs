@@ -5,6 +5,7 @@
 mod support;
 
 mod bad;
+mod built_in;
 mod cli;
 mod cli_diff;
 mod cli_interpolate;

@@ -69,9 +69,9 @@ pub struct WaveTextArgs {
 #[derive(Args, Debug, Clone)]
 #[command(after_help = "\
 Examples:
-  discreta view circuits/evaluation/line.json -s dx=9 -s dy=5 -o line.html
+  discreta view discreta:evaluation/line -s dx=9 -s dy=5 -o line.html
         runs it as `run` does; open line.html in a browser
-  discreta view circuits/feed/system.json --depth 1 -o system.html
+  discreta view discreta:feed/system --depth 1 -o system.html
         with the modules of the schematic opened one level down
   discreta view cpu.fst -o cpu.html
         a waveform of any simulator

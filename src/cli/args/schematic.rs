@@ -10,12 +10,12 @@ use super::ElaborationArgs;
 #[derive(Args, Debug, Clone)]
 #[command(after_help = "\
 Examples:
-  discreta draw circuits/evaluation/line.json -o line.svg
-  discreta draw circuits/evaluation/line_gates.json --depth 1 -o line_gates.svg
+  discreta draw discreta:evaluation/line -o line.svg
+  discreta draw discreta:evaluation/line_gates --depth 1 -o line_gates.svg
         the instances of the top module are opened; those within them are boxes
-  discreta draw circuits/evaluation/line_gates.json --module counter_gates -o counter.svg
+  discreta draw discreta:evaluation/line_gates --module counter_gates -o counter.svg
         one module by itself
-  discreta draw circuits/lib/arithmetic.json --top ripple_adder -p W=4 -o adder.svg
+  discreta draw discreta:lib/arithmetic --top ripple_adder -p W=4 -o adder.svg
 
 docs/drawing.md says how to read it, and what attributes it has for programs.
 Exit status: 0 drawn; 2 a faulty circuit, one too large for a picture, usage, input or output.")]

@@ -13,11 +13,11 @@ use crate::sweep::{Over, Shard};
 #[derive(Args, Debug, Clone)]
 #[command(after_help = "\
 Examples:
-  discreta sweep circuits/evaluation/line.json --over dx=0..255 --over dy=0..255 -o lines.csv
+  discreta sweep discreta:evaluation/line --over dx=0..255 --over dy=0..255 -o lines.csv
         the circuit's own scenario for each of the 65,536 pairs; a row for each, with the last values of the outputs
-  discreta sweep circuits/evaluation/line.json --over dx=0..255 --over dy=0..255 --against ef-line -o lines.csv
+  discreta sweep discreta:evaluation/line --over dx=0..255 --over dy=0..255 --against ef-line -o lines.csv
         each run is also compared with the algorithm on every clock; for the first that differs, a command that repeats it
-  discreta sweep circuits/evaluation/line.json -p W=16 --over dx=0..65535 --over dy=0..65535 --sample 10000
+  discreta sweep discreta:evaluation/line -p W=16 --over dx=0..65535 --over dy=0..65535 --sample 10000
         10,000 pairs chosen at random, always the same ones for the same --seed
   discreta sweep line.json --over dx=0..255 --over dy=0..255 --shard 3/8 -o part3.csv
   discreta sweep --join part*.csv -o lines.csv
