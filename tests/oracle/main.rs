@@ -11,6 +11,7 @@ mod export_elements;
 mod export_verilog;
 mod export_yosys;
 mod feed_icarus;
+mod force;
 mod formal;
 mod pictures;
 mod prints;
