@@ -1,34 +1,45 @@
 //! *discreta* simulates digital circuits clock by clock: gates, flip-flops, registers and adders, four-valued, wired in a
 //! circuit file or in Rust.
 //!
-//! Load a circuit, look its nets up once, poke, step and peek:
+//! Load a circuit, poke, tick and peek:
 //!
 //! ```
 //! use discreta::{Simulator, circuit};
 //!
 //! let line = circuit::load_with("circuits/evaluation/line.json", &[("W", 4)])?;
-//! let mut sim = Simulator::new(&line.netlist);
-//! let [start, dt] = ["start", "dt"].map(|name| sim.input(name).unwrap());
+//! let mut sim = Simulator::new(&line);
 //! for (name, value) in [("dt", 0), ("start", 1), ("dx", 5), ("dy", 3), ("xh", 0), ("yh", 0)] {
-//!     sim.set(sim.input(name)?, value);
+//!     sim.poke(name, value)?;
 //! }
 //! sim.settle()?;
-//! sim.set(start, 0);
-//! for level in [1, 0] {
-//!     sim.set(dt, level); // one clock: an x step, counted at its trailing edge
-//!     sim.settle()?;
-//! }
-//! assert_eq!(sim.number(&sim.probe("xt")?), Some(1));
+//! sim.poke("start", 0)?;
+//! sim.ticks("dt", 8)?; // a step each
+//! assert_eq!(sim.peek("xt")?.to_u64(), Some(5));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Or build a netlist with [`netlist::Builder`], run a [`scenario`] into a [`wave`], drive an [`engine`] yourself.
-//! `docs/architecture.md` tells which room is for what, `docs/meaning.md` what a circuit means.
+//! | for | look at |
+//! |---|---|
+//! | a circuit from a file, a text, Verilog; its faults | [`circuit`], [`Circuit`](circuit::Circuit), [`LoadError`](circuit::LoadError) |
+//! | a circuit from code | [`netlist::Builder`], [`cell::CellKind`] |
+//! | driving it, waveforms, forces, memories, saved states | [`Simulator`], [`Trace`], [`State`], [`SimulatorError`] |
+//! | two side by side | [`Lockstep`] |
+//! | values of four states | [`Value`], [`Logic`] |
+//! | a scenario with stimulus, expectations and checks | [`scenario`] |
+//! | thousands of runs at once | [`sweep`], [`engine::batch`] |
+//! | waveforms: writing, reading, comparing | [`wave`] |
+//! | an engine of one's own hand | [`engine::Engine`], [`EngineKind`] |
+//! | other tools, pictures, algorithms | [`export`], [`import`], [`draw`], [`plot`], [`interpolate`], [`machine`] |
+//!
+//! `docs/embedding.md` says more, `docs/meaning.md` what a circuit means, `docs/architecture.md` which room is for what. What is not
+//! in this table serves the command and may change with it.
 
 #![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))] // some of what rooms offer only the command uses
 
 pub mod circuit;
+// what is hidden serves the command and its tests, and nobody else is to rely on it
 #[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod cli;
 pub mod compare;
 pub mod diag;
@@ -44,6 +55,7 @@ pub mod simulator;
 mod svg;
 pub mod sweep;
 pub mod syntax;
+#[doc(hidden)]
 pub mod view;
 pub mod why;
 

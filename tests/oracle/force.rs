@@ -10,7 +10,8 @@ use needs::needs;
 use crate::support::tool::tool;
 use crate::support::{Rng, folder};
 
-const DUT: &str = "module dut(input clk, input rst, input [7:0] d, output reg [69:0] q, output [7:0] y, output reg [7:0] c);
+const DUT: &str =
+    "module dut(input clk, input rst, input [7:0] d, output reg [69:0] q, output [7:0] y, output reg [7:0] c);
   wire [7:0] n = d ^ q[7:0];
   assign y = n + c;
   always @(posedge clk) q <= {q[61:0], n};
