@@ -162,9 +162,43 @@ pub struct RunArgs {
     #[command(flatten)]
     pub wave: WaveArgs,
 
+    /// Record from this time on: ticks, or with a unit as in 5us
+    #[arg(long, value_name = "TIME", requires = "output")]
+    pub from: Option<String>,
+
+    /// Record up to this time
+    #[arg(long, value_name = "TIME", requires = "output")]
+    pub to: Option<String>,
+
+    /// Stop when this holds: an expression over nets, 'a == 3 && u1.busy'; or x:GLOB, when a net that was known becomes x; may be
+    /// given several times
+    #[arg(long, value_name = "CONDITION")]
+    pub stop_on: Vec<String>,
+
+    /// Hold a net at a value for the whole run, whatever drives it; may be given several times
+    #[arg(long, value_name = "NET=VALUE", value_parser = shared::assignment)]
+    pub force: Vec<Assignment>,
+
+    /// At the end write what a memory holds to a file, as $readmemh reads it; may be given several times
+    #[arg(long, value_name = "MEMORY=FILE", value_parser = shared::assignment)]
+    pub dump: Vec<Assignment>,
+
+    /// Where what the circuit prints ($display) goes: told with time and source on standard error, or raw on standard output
+    #[arg(long, value_name = "HOW", default_value = "told")]
+    pub print: Print,
+
     /// Say more: every output, warnings in full, and which engine ran
     #[arg(short, long)]
     pub verbose: bool,
+}
+
+/// How what a circuit prints is shown.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum Print {
+    /// Line by line with time and source, on standard error.
+    Told,
+    /// As it is, on standard output, in place of the summary.
+    Raw,
 }
 
 /// `discreta check`.

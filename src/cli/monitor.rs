@@ -15,11 +15,13 @@ pub(super) struct Speech<'n> {
     failed: u32,
     /// What has been printed of a line that has not ended, and what stands before and after it.
     begun: Option<(String, String, String)>,
+    /// Whether prints go to standard output as they are.
+    raw: bool,
 }
 
 impl<'n> Speech<'n> {
-    pub fn new(netlist: &'n Netlist) -> Speech<'n> {
-        Speech { netlist, failed: 0, begun: None }
+    pub fn new(netlist: &'n Netlist, raw: bool) -> Speech<'n> {
+        Speech { netlist, failed: 0, begun: None, raw }
     }
 
     /// Says what a monitor says. What is printed without the end of a line waits for it.
@@ -32,6 +34,13 @@ impl<'n> Speech<'n> {
         }
         let at = time(self.netlist, now);
         let source = monitor.source.as_ref().map_or_else(String::new, |s| format!(" ({s})"));
+        if monitor.flavor == Flavor::Print && self.raw {
+            use std::io::Write as _;
+            // a console that nobody reads is no error
+            let mut stdout = std::io::stdout().lock();
+            let _ = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush());
+            return;
+        }
         if monitor.flavor == Flavor::Print {
             let (_, begun, _) = self.begun.take().unwrap_or_default();
             self.begun = Some((format!("print: at {at}"), begun + text, source));

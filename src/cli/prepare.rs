@@ -7,6 +7,7 @@ use indexmap::IndexMap;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
+use super::CliError;
 use super::args::{Assignment, ClockOption, Condition, DontCare, ElaborationArgs, ResetOption, ScenarioArgs, WaveArgs};
 use crate::diag::{Code, Diagnostic, Severity, Span};
 use crate::elaborate::{Circuit, Language, Loader, built_in_import, normal, not_a_circuit, size};
@@ -358,4 +359,15 @@ pub(super) fn typed(loader: &mut Loader, option: &str, name: &str, value: &str) 
 pub fn cycles(scenario: &Scenario, time: u64) -> IndexMap<String, u64> {
     let count = |c: &crate::cell::Clock| if time < c.phase { 0 } else { (time - c.phase) / c.period + 1 };
     scenario.clocks.iter().map(|c| (c.name.clone(), count(&c.clock))).collect()
+}
+
+/// A time of the command line.
+///
+/// # Errors
+/// If it is none.
+pub(super) fn ticks(circuit: &Circuit, loader: &mut Loader, option: &str, text: &str) -> Result<u64, CliError> {
+    let file = loader.sources.add(option, text.to_owned());
+    let span = Span::new(file, 0, text.len() as u32);
+    let found = TimeText::parse(text, span).and_then(|t| t.ticks(circuit.netlist.timescale(), &circuit.parameters));
+    found.map_err(|fault| CliError::Input(fault.render(&loader.sources, false)))
 }

@@ -7,11 +7,13 @@ use super::prepare::Prepared;
 use super::progress::Progress;
 use super::report::time;
 use super::{CliError, interrupt, replay};
+use crate::Value;
 use crate::diag::{Code, Diagnostic, Diagnostics};
 use crate::elaborate::Loader;
 use crate::engine::{Engine, EngineKind, Unsettled};
-use crate::netlist::{Driver, Netlist};
+use crate::netlist::{CellId, Driver, Netlist, SignalId};
 use crate::scenario::{Control, Observer, Outcome, Replay, RunError, Scenario};
+use crate::value::Word;
 use crate::wave::Sink;
 use crate::wave::diff::Difference;
 
@@ -38,20 +40,33 @@ pub(super) fn simulate(
     sink: Option<&mut dyn Sink>,
     label: &str,
 ) -> Result<(Outcome, Option<Difference>), CliError> {
-    observed(prepared, loader, options, sink, &mut [], label)
+    observed(prepared, loader, options, sink, &mut Extras::default(), label)
 }
 
-/// The same under the eyes of observers.
+/// What else a run is to do.
+#[derive(Default)]
+pub(super) struct Extras<'e> {
+    /// What looks at values.
+    pub observers: Vec<&'e mut dyn Observer>,
+    /// Nets to hold.
+    pub forced: Vec<(SignalId, Value)>,
+    /// Memories whose contents are wanted, and what they are at the end.
+    pub memories: Vec<(CellId, Option<Vec<Word>>)>,
+    /// Whether what the circuit prints goes to standard output as it is.
+    pub raw: bool,
+}
+
+/// The same with extras.
 pub(super) fn observed(
     prepared: &mut Prepared,
     loader: &Loader,
     options: &EngineArgs,
     sink: Option<&mut dyn Sink>,
-    observers: &mut [&mut dyn Observer],
+    extras: &mut Extras<'_>,
     label: &str,
 ) -> Result<(Outcome, Option<Difference>), CliError> {
     replay::compared(prepared, sink, |prepared, scenario, sink| {
-        engine(prepared, scenario, loader, options, sink, observers, label)
+        engine(prepared, scenario, loader, options, sink, extras, label)
     })
 }
 
@@ -61,12 +76,22 @@ fn engine(
     loader: &Loader,
     options: &EngineArgs,
     sink: Option<&mut dyn Sink>,
-    observers: &mut [&mut dyn Observer],
+    extras: &mut Extras<'_>,
     label: &str,
 ) -> Result<Outcome, CliError> {
     let netlist = &prepared.circuit.netlist;
     let feed = prepared.replay.as_ref().map(Replay::feed);
     let mut engine = choose(netlist, options.engine)?;
+    for (signal, value) in &extras.forced {
+        let mut at = 0;
+        for slice in netlist.bits(*signal) {
+            let mut part = Value::unknown(slice.width);
+            (0..slice.width).for_each(|bit| part.set_bit(bit, value.bit(at + bit)));
+            at += slice.width;
+            let words: Vec<Word> = part.words().collect();
+            engine.force(*slice, &words).map_err(|why| CliError::usage(why.text(netlist)))?;
+        }
+    }
     let total = (scenario.limit != u64::MAX).then_some(scenario.limit);
     let mut progress = Progress::new(label, "ticks", total);
     let mut asked = 0u32;
@@ -76,16 +101,19 @@ fn engine(
             progress.set(now);
         }
     };
-    let mut speech = Speech::new(netlist);
+    let mut speech = Speech::new(netlist, extras.raw);
     let mut message = |now: u64, number: usize, text: &str| speech.say(&scenario.monitors[number], now, text);
     let mut control = Control {
         message: &mut message,
         interrupt: interrupt::flag(),
         progress: &mut tell,
         unknown_control_ends: options.x_control == XControl::Error,
-        observers: observers.iter_mut().map(|observer| &mut **observer as &mut dyn Observer).collect(),
+        observers: extras.observers.iter_mut().map(|observer| &mut **observer as &mut dyn Observer).collect(),
     };
     let outcome = crate::scenario::run_with(netlist, scenario, &mut *engine, feed, sink, &mut control);
+    for (cell, contents) in &mut extras.memories {
+        *contents = engine.contents(*cell).map(<[Word]>::to_vec);
+    }
     progress.clear();
     speech.end_line();
     outcome.map_err(|e| match e {

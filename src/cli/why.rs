@@ -7,13 +7,12 @@ use serde_json::{Value as Json, json};
 
 use super::args::{EngineArgs, EngineChoice, Format, WaveArgs, WhyArgs, XControl};
 use super::loading::{faults, loader};
-use super::prepare::{Changes, Prepared, prepare};
+use super::prepare::{Changes, Prepared, prepare, ticks};
 use super::report::{shown, time};
-use super::simulate::observed;
+use super::simulate::{Extras, observed};
 use super::{CliError, Out, Status, interrupt};
 use crate::elaborate::Loader;
 use crate::netlist::{CellId, NetId, Netlist, SignalId, Slice};
-use crate::syntax::TimeText;
 use crate::why::{Cause, Control, Culprit, End, History, Link, Read, Seen, chain, cone, differ};
 use crate::{Logic, Value};
 
@@ -39,7 +38,7 @@ pub fn run(args: &WhyArgs, out: &mut Out) -> Result<Status, CliError> {
     let prepared = prepare(&mut loader, circuit, &changes);
     let mut prepared = faults(&mut loader, prepared)?;
     let (signal, slices) = bits(&prepared.circuit.netlist, &net)?;
-    let at = args.at.as_deref().map(|text| ticks(&prepared, &mut loader, text)).transpose()?;
+    let at = args.at.as_deref().map(|text| ticks(&prepared.circuit, &mut loader, "--at", text)).transpose()?;
     if let Some(at) = at {
         prepared.scenario.limit = prepared.scenario.limit.min(at);
         prepared.scenario.until = None;
@@ -61,7 +60,8 @@ pub fn run(args: &WhyArgs, out: &mut Out) -> Result<Status, CliError> {
     };
     let mut history = History::of(nets);
     let engine = EngineArgs { engine: EngineChoice::Event, x_control: XControl::Ignore };
-    let (outcome, _) = observed(&mut prepared, &loader, &engine, None, &mut [&mut history], "running")?;
+    let mut extras = Extras { observers: vec![&mut history], ..Extras::default() };
+    let (outcome, _) = observed(&mut prepared, &loader, &engine, None, &mut extras, "running")?;
     if history.full {
         return Err(
             CliError::usage("the run is too long to be kept whole").with_hint("end it sooner: --at, --time, --cycles")
@@ -144,15 +144,6 @@ fn joined(slices: impl Iterator<Item = Slice>) -> Vec<Slice> {
         }
     }
     all
-}
-
-/// A time of the command line.
-fn ticks(prepared: &Prepared, loader: &mut Loader, text: &str) -> Result<u64, CliError> {
-    let file = loader.sources.add("--at", text.to_owned());
-    let span = crate::diag::Span::new(file, 0, text.len() as u32);
-    let circuit = &prepared.circuit;
-    let found = TimeText::parse(text, span).and_then(|t| t.ticks(circuit.netlist.timescale(), &circuit.parameters));
-    found.map_err(|fault| CliError::Input(fault.render(&loader.sources, false)))
 }
 
 fn is_unknown(bit: Logic) -> bool {

@@ -28,6 +28,7 @@ pub mod text;
 mod thread;
 pub mod vcd;
 mod walk;
+pub mod window;
 
 use std::io;
 

@@ -168,6 +168,45 @@ endmodule
     assert_eq!(first["source"].as_str().unwrap().split('.').next(), Some("t"));
 }
 
+/// Words that were written are dumped as `$readmemh` reads them, and Icarus reads them back.
+#[needs(iverilog, yosys)]
+#[test]
+fn a_memory_is_dumped_and_read_back() {
+    for width in [1, 8, 63, 65] {
+        let design = format!(
+            "module mem(input clk, input [2:0] a, input [{0}:0] d, input we, output [{0}:0] q);
+  reg [{0}:0] ram [0:7];
+  always @(posedge clk) if (we) ram[a] <= d;
+  assign q = ram[a];
+endmodule
+",
+            width - 1
+        );
+        let bench = format!(
+            "module tb; reg [{}:0] m [0:7]; initial begin $readmemh(\"out.hex\", m); $display(\"%b %b\", m[2], m[3]); end endmodule",
+            width - 1
+        );
+        let folder = with(&format!("verilog_dump_{width}"), &[("mem.v", &design), ("tb.v", &bench)]);
+        let d = format!("1{}", "01".repeat(40))[..width].to_owned();
+        let line = format!("run mem.v --clock clk=10 -s a=2 -s d={width}'b{d} -s we=1 --cycles 2 --dump ram=out.hex");
+        let (status, _, told) = discreta(&folder, &line);
+        assert_eq!(status, 0, "{told}");
+        crate::support::tool::tool(&folder, "iverilog", &["-o", "tb", "tb.v"]);
+        let theirs = crate::support::tool::tool(&folder, "vvp", &["-n", "tb"]);
+        assert!(theirs.contains(&format!("{d} {}", "x".repeat(width))), "{width}: {theirs}");
+        let (_, text, _) = discreta(
+            &folder,
+            "run mem.v --clock clk=10 -s a=2 -s we=0 -s d=0 --cycles 2 --memory ram=out.hex --format json",
+        );
+        let q = serde_json::from_str::<serde_json::Value>(&text).unwrap()["outputs"]["q"].as_str().unwrap().to_owned();
+        let as_number = u64::from_str_radix(&d, 2).map_or_else(|_| format!("{width}'b{d}"), |n| n.to_string());
+        assert_eq!(q, as_number);
+    }
+    let folder = folder("verilog_dump_8");
+    let (status, _, told) = discreta(&folder, "run mem.v --clock clk=10 --cycles 2 --dump rom=out.hex");
+    assert!(status == 2 && told.contains("it has ram"), "{told}");
+}
+
 /// A golden trace in which outputs are x is no good one.
 #[needs(yosys)]
 #[test]

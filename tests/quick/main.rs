@@ -21,6 +21,7 @@ mod outputs;
 mod plot;
 mod readme;
 mod rooms;
+mod run_options;
 mod save;
 mod simulator;
 mod stats;
