@@ -1,34 +1,50 @@
 //! The one place where generated code is called. Nothing else in the crate is `unsafe`.
 
 use std::fmt;
+use std::sync::Arc;
 
 use cranelift_jit::JITModule;
 
 use crate::value::Word;
 
-/// The memory in which generated code lies.
-struct Code(Option<JITModule>);
+/// A finished module: the memory in which generated code lies, and where its functions begin.
+pub(crate) struct Code {
+    module: Option<JITModule>,
+    functions: Vec<Function>,
+}
 
-// SAFETY: once a module is finished, the only thing that is ever done to it is to free its memory, by whoever owns it. The
-// memory is mapped for the process and belongs to no thread, and nothing else has a pointer into the module.
+// SAFETY: once a module is finished, the only thing that is ever done to it is to free its memory, by the last that owns it.
+// The memory is mapped for the process and belongs to no thread, and nothing else has a pointer into the module. Nothing can be
+// done to it through a shared reference.
 #[allow(unsafe_code)]
 unsafe impl Send for Code {}
+#[allow(unsafe_code)]
+unsafe impl Sync for Code {}
+
+impl Code {
+    /// Takes a finished module and some of its functions.
+    pub fn new(module: JITModule, functions: Vec<*const u8>) -> Code {
+        Code { module: Some(module), functions: functions.into_iter().map(Function).collect() }
+    }
+}
 
 /// Where a function begins in the code of the module beside it.
 #[derive(Clone, Copy)]
 struct Function(*const u8);
 
 // SAFETY: the pointer is only ever called, together with the `Code` that it points into, which it is owned with; the code
-// keeps nothing of its own, it works on the memory that the call passes.
+// keeps nothing of its own, it works on the memory that the call passes, so any number of threads may run it at once.
 #[allow(unsafe_code)]
 unsafe impl Send for Function {}
+#[allow(unsafe_code)]
+unsafe impl Sync for Function {}
 
 impl Drop for Code {
     #[allow(unsafe_code)]
     fn drop(&mut self) {
-        if let Some(module) = self.0.take() {
-            // SAFETY: the pointers into the code are private to the types below and go with them, so nothing can call it
-            // any more.
+        if let Some(module) = self.module.take() {
+            // SAFETY: the pointers into the code are private to the types below, which own it as long as they have them, so
+            // nothing can call it any more.
             unsafe { module.free_memory() };
         }
     }
@@ -36,7 +52,8 @@ impl Drop for Code {
 
 /// Compiled partitions.
 pub(crate) struct Machine {
-    _code: Code,
+    /// What the functions lie in; others may have it too.
+    _code: Arc<Code>,
     functions: Vec<Function>,
 }
 
@@ -47,9 +64,15 @@ impl fmt::Debug for Machine {
 }
 
 impl Machine {
-    /// Takes a finished module and its functions, each of which takes the address of the memory and returns nothing.
-    pub fn new(module: JITModule, functions: Vec<*const u8>) -> Machine {
-        Machine { _code: Code(Some(module)), functions: functions.into_iter().map(Function).collect() }
+    /// Takes code whose functions each take the address of the memory and return nothing.
+    pub fn new(code: Arc<Code>) -> Machine {
+        Machine { functions: code.functions.clone(), _code: code }
+    }
+
+    /// Whether two run the same code, in the same place.
+    #[cfg(test)]
+    pub fn shares(&self, other: &Machine) -> bool {
+        Arc::ptr_eq(&self._code, &other._code)
     }
 
     /// How many partitions there are.
@@ -74,7 +97,7 @@ impl Machine {
 
 /// Compiled edges in a loop.
 pub(crate) struct EdgeLoop {
-    _code: Code,
+    _code: Arc<Code>,
     function: Function,
     /// How many edges there are in the loop.
     pub edges: u64,
@@ -87,10 +110,10 @@ impl fmt::Debug for EdgeLoop {
 }
 
 impl EdgeLoop {
-    /// Takes a finished module and its function, which takes the address of the memory and how often to go round (at
-    /// least once), and returns how many edges it has left.
-    pub fn new(module: JITModule, function: *const u8, edges: u64) -> EdgeLoop {
-        EdgeLoop { _code: Code(Some(module)), function: Function(function), edges }
+    /// Takes code whose function takes the address of the memory and how often to go round (at least once), and returns how
+    /// many edges it has left.
+    pub fn new(code: Arc<Code>, edges: u64) -> EdgeLoop {
+        EdgeLoop { function: code.functions[0], _code: code, edges }
     }
 
     /// Goes round up to `rounds` times, at least once; returns how many edges were made.

@@ -1,14 +1,15 @@
 //! From partitions and edges to machine code, through Cranelift: each becomes a function of one straight line that is given where
 //! the memory begins.
 
+mod cache;
 mod emit;
 pub(crate) mod machine;
 pub(crate) mod trace;
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use cranelift_codegen::Context;
-use cranelift_codegen::ir::{AbiParam, FuncRef, InstBuilder, Signature, Value, types};
+use cranelift_codegen::ir::{AbiParam, FuncRef, Function, InstBuilder, Signature, Value, types};
 use cranelift_codegen::settings::{self, Configurable};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use cranelift_jit::{JITBuilder, JITModule};
@@ -16,7 +17,7 @@ use cranelift_module::{FuncId, Linkage, Module, default_libcall_names};
 
 use crate::compiled::CompileError;
 use crate::compiled::codegen::emit::{Emit, offset, trusted};
-use crate::compiled::codegen::machine::{EdgeLoop, Machine};
+use crate::compiled::codegen::machine::{Code, EdgeLoop, Machine};
 use crate::compiled::ir::graph::{Graph, Map};
 use crate::compiled::ir::places::PlaneWord;
 use crate::compiled::ir::schedule::{Partition, Schedule};
@@ -53,7 +54,14 @@ struct Compiler {
     module: JITModule,
     context: Context,
     builders: FunctionBuilderContext,
+    /// Functions that are compiled at the end, if there is no code for them yet.
+    waiting: Vec<(FuncId, Function)>,
+    /// Their instructions; none once there have been so many that they were compiled at once.
+    size: Option<usize>,
 }
+
+/// Instructions that wait at most, so that memory for what waits stays bounded: of longer code each simulator has its own.
+const SHARED: usize = 1 << 19;
 
 impl Compiler {
     fn new() -> Result<Compiler, CompileError> {
@@ -70,7 +78,8 @@ impl Compiler {
             .finish(settings::Flags::new(flags))
             .map_err(CompileError::generator)?;
         let module = JITModule::new(JITBuilder::with_isa(isa, default_libcall_names()));
-        Ok(Compiler { context: module.make_context(), builders: FunctionBuilderContext::new(), module })
+        let (context, builders) = (module.make_context(), FunctionBuilderContext::new());
+        Ok(Compiler { module, context, builders, waiting: Vec::new(), size: Some(0) })
     }
 
     /// Makes a function of what `body` emits into a block that has its arguments as parameters.
@@ -94,16 +103,43 @@ impl Compiler {
         let arguments = builder.block_params(block).to_vec();
         body(&mut self.module, &mut builder, &arguments);
         builder.finalize(self.module.target_config());
-        self.module.define_function(id, &mut self.context).map_err(|e| CompileError::generator(format!("{e:?}")))?;
+        let function = std::mem::replace(&mut self.context.func, Function::new());
         self.module.clear_context(&mut self.context);
+        self.size = self.size.map(|size| size + function.dfg.num_insts()).filter(|&size| size <= SHARED);
+        self.waiting.push((id, function));
+        if self.size.is_none() {
+            self.compile()?;
+        }
         Ok(id)
     }
 
-    /// The code, and where functions lie in it.
-    fn finish(mut self, ids: &[FuncId]) -> Result<(JITModule, Vec<*const u8>), CompileError> {
+    /// Compiles what waits.
+    fn compile(&mut self) -> Result<(), CompileError> {
+        for (id, function) in std::mem::take(&mut self.waiting) {
+            self.context.func = function;
+            self.module
+                .define_function(id, &mut self.context)
+                .map_err(|e| CompileError::generator(format!("{e:?}")))?;
+            self.module.clear_context(&mut self.context);
+        }
+        Ok(())
+    }
+
+    /// The code, made now or before, with these functions to be called.
+    fn finish(mut self, ids: &[FuncId]) -> Result<Arc<Code>, CompileError> {
+        let key = self.size.map(|_| cache::key(&self.waiting, ids));
+        if let Some(known) = key.and_then(cache::find) {
+            drop(Code::new(self.module, Vec::new()));
+            return Ok(known);
+        }
+        self.compile()?;
         self.module.finalize_definitions().map_err(CompileError::generator)?;
         let functions = ids.iter().map(|&id| self.module.get_finalized_function(id)).collect();
-        Ok((self.module, functions))
+        let code = Arc::new(Code::new(self.module, functions));
+        Ok(match key {
+            Some(key) => cache::keep(key, code),
+            None => code,
+        })
     }
 }
 
@@ -116,9 +152,7 @@ pub(crate) fn available() -> Result<(), CompileError> {
             return Err(CompileError::generator("the machine does not have 64-bit addresses"));
         }
         let nothing = compiler.define("nothing", 0, 0, |_, builder, _| _ = builder.ins().return_(&[]))?;
-        let (module, functions) = compiler.finish(&[nothing])?;
-        drop(Machine::new(module, functions));
-        Ok(())
+        compiler.finish(&[nothing]).map(drop)
     };
     AVAILABLE.get_or_init(attempt).clone().map_err(|why| CompileError::Unavailable { reason: why.to_string() })
 }
@@ -135,8 +169,7 @@ pub(crate) fn compile(graph: &Graph, schedule: &Schedule, shared: Shared) -> Res
         })?;
         ids.push(id);
     }
-    let (module, functions) = compiler.finish(&ids)?;
-    Ok(Machine::new(module, functions))
+    Ok(Machine::new(compiler.finish(&ids)?))
 }
 
 /// Nodes up to which an edge that writes down what it changes can be compiled: it is one function.
@@ -177,8 +210,7 @@ pub(crate) fn compile_loop(
     let edge_loop = compiler.define("circle", 2, 1, |module, builder, arguments| {
         emit_loop(module, builder, edges, &made, shared, arguments[0], arguments[1]);
     })?;
-    let (module, functions) = compiler.finish(&[edge_loop])?;
-    Ok(EdgeLoop::new(module, functions[0], edges.len() as u64))
+    Ok(EdgeLoop::new(compiler.finish(&[edge_loop])?, edges.len() as u64))
 }
 
 /// The loop of some edges, those of pieces among them, round at most `most` times; returns how many edges are left.

@@ -48,7 +48,7 @@ fn halves(memory: &[Word]) -> Vec<u64> {
 /// partitions and notes the same nets as changed. Each operation is among what is run.
 #[test]
 fn partitions_in_machine_code_do_what_is_interpreted() {
-    let mut kinds = [0; 26];
+    let (mut kinds, mut in_use) = ([0; 26], Vec::new());
     for seed in 0..seeds(600) {
         let mut r = Random(seed ^ 0xc0de);
         let size = 10 + r.below(120);
@@ -85,6 +85,10 @@ fn partitions_in_machine_code_do_what_is_interpreted() {
         let dirty = end + 4;
         let shared = Shared { guard: end, changed: end + 2, dirty, log: None };
         let machine = compile(g, &schedule, shared).unwrap();
+        // what is the same is made once; of all that is in use here, each has its own
+        let again = compile(g, &schedule, shared).unwrap();
+        assert!(again.shares(&machine), "seed {seed}");
+        in_use.push(again);
         let late = schedule.partitions.len() - schedule.settling;
         let mut memory = p.memory(&mut r);
         memory.resize((dirty.index() + schedule.settling.div_ceil(64) + late.div_ceil(64)).next_multiple_of(2), 0);
