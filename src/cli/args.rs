@@ -321,6 +321,22 @@ pub struct DiffArgs {
     #[arg(long)]
     pub ignore_end: bool,
 
+    /// Do not compare signals that match, e.g. 'cache.**'; may be given several times
+    #[arg(long, value_name = "GLOB")]
+    pub ignore: Vec<String>,
+
+    /// Compare this signal of A with that of B; may be given several times
+    #[arg(long, value_name = "A=B", value_parser = shared::assignment)]
+    pub map: Vec<Assignment>,
+
+    /// Compare from this time on: ticks, or with a unit as in 5us
+    #[arg(long, value_name = "TIME")]
+    pub from: Option<String>,
+
+    /// Compare up to this time
+    #[arg(long, value_name = "TIME")]
+    pub to: Option<String>,
+
     /// Show at most this many signals in each list
     #[arg(long, value_name = "N", default_value_t = 20)]
     pub max: usize,

@@ -1,7 +1,10 @@
 //! `discreta diff`: two waveforms, and where they first differ.
 
-use super::args::{DiffArgs, DontCare};
-use super::wave::{left_out, no_scope, open, width};
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::args::{Assignment, DiffArgs, DontCare};
+use super::told::tell;
+use super::wave::{globs, left_out, names, no_scope, open, time, width};
 use super::{CliError, Format, Out, Status};
 use crate::wave::diff::{self, Options, Side};
 use crate::wave::read::Waves;
@@ -16,7 +19,17 @@ pub fn run(args: &DiffArgs, out: &mut Out) -> Result<Status, CliError> {
     let (mut a, mut b) = (open(&args.a, out)?, open(&args.b, out)?);
     left_out(&a, |_| true);
     left_out(&b, |_| true);
+    let common = a.exponent().into_iter().chain(b.exponent()).min().and_then(crate::Timescale::from_exponent);
+    let at = |text: &Option<String>, option: &str| text.as_deref().map(|text| time(text, option, common)).transpose();
+    let (from, until) = (at(&args.from, "--from")?.unwrap_or(0), at(&args.to, "--to")?.unwrap_or(u64::MAX));
+    if from > until {
+        return Err(CliError::usage("--from is after --to"));
+    }
     let options = Options {
+        ignored: ignored([&a, &b], &args.ignore)?,
+        renamed: renamed(&a, &b, &args.map),
+        from,
+        until,
         x_as_dont_care: args.ignore_x.map(|side| match side {
             DontCare::A => Side::A,
             DontCare::B => Side::B,
@@ -44,6 +57,35 @@ pub fn run(args: &DiffArgs, out: &mut Out) -> Result<Status, CliError> {
         Format::Json => out.json(&difference)?,
     }
     Ok(Status::of(difference.same))
+}
+
+/// Which signal of the second stands for one of the first: by names as they are typed, or in full.
+fn renamed(a: &Waves, b: &Waves, maps: &[Assignment]) -> BTreeMap<String, String> {
+    let full = |waves: &Waves, typed: &str| {
+        let path = typed.replace('.', "/");
+        let var = (0..waves.vars().len()).find(|&var| names(waves, var).contains(&path));
+        var.map_or_else(|| typed.to_owned(), |var| waves.vars()[var].name.clone())
+    };
+    let typed = maps.iter().map(|map| (map.name.clone(), map.value.clone()));
+    let in_full = maps.iter().map(|map| (full(a, &map.name), full(b, &map.value)));
+    typed.chain(in_full).collect()
+}
+
+/// The signals of both that match a pattern, in full or from below the top module.
+fn ignored(both: [&Waves; 2], texts: &[String]) -> Result<BTreeSet<String>, CliError> {
+    let mut ignored = BTreeSet::new();
+    for (glob, text) in globs(texts)?.iter().zip(texts) {
+        let before = ignored.len();
+        for waves in both {
+            let matching =
+                (0..waves.vars().len()).filter(|&var| names(waves, var).iter().any(|name| glob.is_match(name)));
+            ignored.extend(matching.map(|var| waves.vars()[var].name.clone()));
+        }
+        if ignored.len() == before && !texts.is_empty() {
+            tell!("warning: `{text}` matches no other signal\n");
+        }
+    }
+    Ok(ignored)
 }
 
 /// What is compared of each waveform: what is below the scope that was named. Where only one has that, the other is compared

@@ -159,13 +159,13 @@ fn written(timescale: Option<Timescale>, ticks: u64) -> String {
     timescale.map_or_else(|| ticks.to_string(), |t| t.time(ticks).replace(' ', ""))
 }
 
-fn globs(texts: &[String]) -> Result<Vec<GlobSet>, CliError> {
+pub(super) fn globs(texts: &[String]) -> Result<Vec<GlobSet>, CliError> {
     let glob = |text: &String| glob_set(text).map_err(|e| CliError::usage(format!("`{text}` is no pattern: {e}")));
     texts.iter().map(glob).collect()
 }
 
 /// The names by which a variable can be matched, with `/` between scopes: the full one, and that below the top module.
-fn names(waves: &Waves, var: usize) -> Vec<String> {
+pub(super) fn names(waves: &Waves, var: usize) -> Vec<String> {
     names_of(&waves.vars()[var].name)
 }
 
@@ -223,7 +223,7 @@ fn shown(waves: &Waves, globs: &[GlobSet], texts: &[String]) -> Result<(Vec<usiz
 }
 
 /// A time of the command line in ticks of the waveform.
-fn time(text: &str, option: &str, timescale: Option<Timescale>) -> Result<u64, CliError> {
+pub(super) fn time(text: &str, option: &str, timescale: Option<Timescale>) -> Result<u64, CliError> {
     let mut sources = Sources::default();
     let file = sources.add(option, text.to_owned());
     let parsed = TimeText::parse(text, Span::new(file, 0, text.len() as u32));

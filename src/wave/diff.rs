@@ -4,7 +4,7 @@
 //! the time that both waveforms cover. Different timescales are brought to the finer one. What is reported is bounded,
 //! what is counted is not.
 
-use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 use std::sync::Arc;
 
 use serde::Serialize;
@@ -41,11 +41,29 @@ pub struct Options {
     pub context: usize,
     /// Of each waveform only what is below this scope is compared, by its name from there on; nothing is the top.
     pub scopes: [String; 2],
+    /// Variables, by their full names, that are not compared.
+    pub ignored: BTreeSet<String>,
+    /// Variables of the first, by their names below the scope, that are called otherwise in the second.
+    pub renamed: BTreeMap<String, String>,
+    /// The first time that is compared, in ticks of the finer timescale.
+    pub from: u64,
+    /// The last time that is compared.
+    pub until: u64,
 }
 
 impl Default for Options {
     fn default() -> Options {
-        Options { x_as_dont_care: None, ignore_end: false, max_signals: 20, context: 5, scopes: Default::default() }
+        Options {
+            x_as_dont_care: None,
+            ignore_end: false,
+            max_signals: 20,
+            context: 5,
+            scopes: Default::default(),
+            ignored: BTreeSet::new(),
+            renamed: BTreeMap::new(),
+            from: 0,
+            until: u64::MAX,
+        }
     }
 }
 
@@ -214,7 +232,7 @@ fn diff_of(a: &mut Waves, b: &mut Waves, given: Option<&[Same]>, options: &Optio
         timescale: common.and_then(Timescale::from_exponent),
         a: Party { name: a.path().display().to_string(), end: end_a },
         b: Party { name: b.path().display().to_string(), end: end_b },
-        ends_differ: end_a != end_b && !options.ignore_end,
+        ends_differ: end_a.min(options.until) != end_b.min(options.until) && !options.ignore_end,
         compared: 0,
         values: 0,
         differing: 0,
@@ -231,8 +249,14 @@ fn diff_of(a: &mut Waves, b: &mut Waves, given: Option<&[Same]>, options: &Optio
         Some(pairs) => pairs.iter().for_each(|pair| matched.add(a, b, pair, &mut result)),
     }
     let pairs = matched.list();
-    let from = given.map_or(0, |_| a.start() * scale.a);
-    let compare = Compare { from, until: end_a.min(end_b), scale, dont_care: options.x_as_dont_care };
+    let from = given.map_or(0, |_| a.start() * scale.a).max(options.from);
+    let compare = Compare {
+        from,
+        until: end_a.min(end_b).min(options.until),
+        windowed: options.from > 0,
+        scale,
+        dont_care: options.x_as_dont_care,
+    };
 
     let (mut found, clock) = compare.all(a, b, &pairs, &mut result.values)?;
     found.sort_by_key(|found| (found.time, found.var));
@@ -296,14 +320,21 @@ impl Matched {
         let [scope_a, scope_b] = &options.scopes;
         let (list_a, list_b) = (below(a, scope_a), below(b, scope_b));
         let index = |list: &[(usize, &str)]| list.iter().rev().map(|&(i, name)| (name.to_owned(), i)).collect();
-        let (all_a, all_b): (HashMap<String, usize>, HashMap<String, usize>) = (index(&list_a), index(&list_b));
+        let all_b: HashMap<String, usize> = index(&list_b);
+        let ignored = |name: &str| options.ignored.contains(name);
+        let mut met: BTreeSet<&str> = BTreeSet::new();
         for &(i, name) in &list_a {
-            match all_b.get(name) {
+            let there = options.renamed.get(name).map_or(name, String::as_str);
+            met.insert(there);
+            if ignored(&a.vars()[i].name) {
+                continue;
+            }
+            match all_b.get(there) {
                 Some(&other) => self.pair(a, i, b, other, options, result),
                 None => result.only_a.push(options.max_signals, || a.vars()[i].name.clone()),
             }
         }
-        for &(i, _) in list_b.iter().filter(|(_, name)| !all_a.contains_key(*name)) {
+        for &(i, _) in list_b.iter().filter(|(i, name)| !met.contains(*name) && !ignored(&b.vars()[*i].name)) {
             result.only_b.push(options.max_signals, || b.vars()[i].name.clone());
         }
     }
@@ -370,6 +401,8 @@ struct Compare {
     from: u64,
     /// Later times are not compared.
     until: u64,
+    /// Whether what differs from before `from` on counts.
+    windowed: bool,
     scale: Scale,
     dont_care: Option<Side>,
 }
@@ -416,25 +449,36 @@ impl Compare {
         Ok((found, clock.map(|(_, clock)| clock)))
     }
 
+    fn differs<'a>(&self, walk: &Walk<'a, impl Point<'a>>, pair: Pair) -> bool {
+        let same = if pair.reversed {
+            same_bits(&first_text(walk, pair), &walk.text(1, pair.kind), self.dont_care)
+        } else {
+            same(walk.value(0, pair.kind), walk.value(1, pair.kind), self.dont_care)
+        };
+        !same
+    }
+
     fn first_difference<'a>(&self, mut walk: Walk<'a, impl Point<'a>>, pair: Pair, values: &mut u64) -> Option<u64> {
+        // whether they differed when the window began, which may be between two changes
+        let mut held = false;
         while let Some(time) = walk.next() {
+            if held && time > self.from {
+                return Some(self.from);
+            }
             if time > self.until {
                 return None;
             }
             if time < self.from {
+                held = self.windowed && self.differs(&walk, pair);
                 continue;
             }
+            held = false;
             *values += 1;
-            let same = if pair.reversed {
-                same_bits(&first_text(&walk, pair), &walk.text(1, pair.kind), self.dont_care)
-            } else {
-                same(walk.value(0, pair.kind), walk.value(1, pair.kind), self.dont_care)
-            };
-            if !same {
+            if self.differs(&walk, pair) {
                 return Some(time);
             }
         }
-        None
+        held.then_some(self.from)
     }
 
     /// The rows around a time, `count` on each side of it, and the number of rising edges of the clock until then.

@@ -11,6 +11,7 @@ mod cli_diff;
 mod cli_interpolate;
 mod cli_stats;
 mod compare;
+mod diff_options;
 mod docs;
 mod draw;
 mod examples;

@@ -122,7 +122,8 @@ impl Monitor {
             When::Changed => {
                 let end = self.arguments_end(&now);
                 let same = |before: &Value| (0..end).all(|bit| before.bit(bit) == now.bit(bit));
-                !seen.value.as_ref().is_some_and(same) && !(first && now.bit(1) == Logic::X)
+                let no_news = seen.value.as_ref().is_some_and(same) || first && now.bit(1) == Logic::X;
+                !no_news
             }
             When::Start => first,
             When::Edge(counter) => {
