@@ -142,7 +142,7 @@ fn timescales_are_brought_to_the_finer_one() {
     std::fs::write(dir.path().join("b"), &b).unwrap();
     let [mut a, mut b] = ["a", "b"].map(|name| Waves::open(&dir.path().join(name)).unwrap());
     let error = diff(&mut a, &mut b, &Options::default()).unwrap_err().to_string();
-    assert!(error.ends_with("is too great for the timescale of the other"), "{error}");
+    assert!(error.ends_with("is too large for the timescale of the other"), "{error}");
 }
 
 #[test]
