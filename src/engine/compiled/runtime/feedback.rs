@@ -68,11 +68,13 @@ struct Loop {
     scratch: Vec<Word>,
 }
 
+/// The machine words of an input pin, and where they come from: a place, a bit there, a width.
+type Pin = (usize, Vec<(usize, u32, u32)>);
+
 #[derive(Debug)]
 struct Member {
     cell: CellId,
-    /// For each input pin its words, and where they come from: a place, a bit there, a width.
-    pins: Vec<(usize, Vec<(usize, u32, u32)>)>,
+    pins: Vec<Pin>,
     /// The first of its outputs among those driven, and the first word of them.
     first: usize,
     at: usize,
