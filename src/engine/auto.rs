@@ -139,11 +139,18 @@ impl Engine for AutoEngine {
     }
 
     fn advance(&mut self, until: u64) -> Result<bool, Unsettled> {
-        self.consider();
-        let stopped = self.engine_mut().advance(until)?;
-        // without a phase on the way, what was driven still waits
-        self.settled |= stopped;
-        Ok(stopped)
+        loop {
+            self.consider();
+            let Running::Event(engine) = &mut self.running else { return self.engine_mut().advance(until) };
+            // event by event: that a run is long is seen while it is under way
+            let next = engine.next_event().filter(|&next| next <= until && self.refused.is_none());
+            let stopped = engine.advance(next.unwrap_or(until))?;
+            // without a phase on the way, what was driven still waits
+            self.settled |= stopped || next.is_some();
+            if stopped || engine.now() >= until {
+                return Ok(stopped);
+            }
+        }
     }
 
     fn next_event(&self) -> Option<u64> {

@@ -6,6 +6,7 @@ mod support;
 mod batch;
 mod compiled;
 mod force;
+mod lingering;
 mod mutation;
 mod narrowed;
 mod order;

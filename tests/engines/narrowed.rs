@@ -129,7 +129,7 @@ fn compare(every: u64, longest: u64, bursts: usize) -> (u64, u64, u64) {
     pair.drive("rst", 1);
     pair.run(2);
     pair.drive("rst", 0);
-    pair.run(10_000);
+    pair.run(60_000);
     let sum = netlist.bits(netlist.find("sum3").unwrap())[0].net;
     let mut was_unknown = 0;
     for _ in 0..bursts {

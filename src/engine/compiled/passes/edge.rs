@@ -7,7 +7,7 @@
 //!
 //! Sound: it is made only where the rounds of edges end by the wiring alone, whatever the values. It assumes that the circuit
 //! is settled, that clock pins are known, that state is known where the variant assumes so, and that combinational loops
-//! settle within the unrolled steps. Each assumption that is not certain is a bail-out: a node that must be 0, looked at before
+//! settle within the unrolled steps, and that no control tells of itself by becoming unknown. Each assumption that is not certain is a bail-out: a node that must be 0, looked at before
 //! anything is stored. State that becomes unknown although it is assumed known fails a guard if nothing in the same edge has
 //! read it, and is a bail-out if something has.
 
@@ -39,6 +39,14 @@ pub(crate) struct EdgeCode {
     pub record: Record,
 }
 
+/// A control bit that may be unknown, and what of it has been seen.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Watched {
+    pub bit: Bit,
+    /// It has been known: that it is not is told once.
+    pub seen: bool,
+}
+
 /// What an edge is made from.
 pub(crate) struct Source<'s> {
     pub netlist: &'s Netlist,
@@ -48,6 +56,8 @@ pub(crate) struct Source<'s> {
     pub kept: &'s [Kept],
     /// Whether a slot of state may be unknown in the variant.
     pub allows: &'s dyn Fn(Slot) -> bool,
+    /// Controls that are to be told of when they become unknown or, where they have not been known yet, known.
+    pub watched: &'s [Watched],
     /// The slot of the input, and what it becomes.
     pub input: Slot,
     pub level: bool,
@@ -136,7 +146,9 @@ impl Straighten<'_> {
             for i in touched {
                 let pin = &layout.pins[i];
                 let new = self.pin(pin.bit);
-                let old = std::mem::replace(&mut pins[i], new);
+                let known = Two { v: new, u: self.out.constant(0) };
+                let Two { v: old, u } = std::mem::replace(&mut pins[i], known);
+                self.bail_out_if(u);
                 let (rises, falls) = (self.out.and_not(new, old), self.out.and_not(old, new));
                 for (edge, list) in [(rises, &pin.rising), (falls, &pin.falling)] {
                     if self.out.is(edge, 0) {
@@ -303,21 +315,24 @@ impl Straighten<'_> {
     }
 
     /// The clock pins before anything changes: what the level of the input decides, or what memory has.
-    fn pin_values(&mut self) -> Vec<Id> {
+    fn pin_values(&mut self) -> Vec<Two> {
         self.keep_levels();
         let layout = self.s.layout;
         let values = (0..layout.pins.len()).map(|i| {
             let bit = layout.pins[i].bit;
-            let node = self.word(bit).v;
-            let decided = self.map(node);
-            let decided = self.out.bits(decided, bit.lo % 64, 1);
-            if self.out.value(decided).is_some() {
-                return decided;
-            }
             let slot = layout.slot[bit.net.index()].expect("clock pins are kept") + bit.lo / 64;
-            let may = self.s.lowered.graph.possible_bits(node);
-            let word = self.load(slot.value(), may);
-            self.out.bits(word, bit.lo % 64, 1)
+            let two = self.word(bit);
+            let mut plane = |node: Id, plane: PlaneWord| {
+                let decided = self.map(node);
+                let decided = self.out.bits(decided, bit.lo % 64, 1);
+                if self.out.value(decided).is_some() {
+                    return decided;
+                }
+                let may = self.s.lowered.graph.possible_bits(node);
+                let word = self.load(plane, may);
+                self.out.bits(word, bit.lo % 64, 1)
+            };
+            Two { v: plane(two.v, slot.value()), u: plane(two.u, slot.unknown()) }
         });
         let values = values.collect();
         self.memo.fill(Id::NONE);
@@ -460,7 +475,18 @@ impl Straighten<'_> {
 
     /// What is left in memory.
     fn finish(&mut self, ever: &[bool]) -> Option<EdgeCode> {
-        let Source { lowered, layout, kept, input, .. } = *self.s;
+        let Source { lowered, layout, kept, input, watched, .. } = *self.s;
+        for &Watched { bit, seen } in watched {
+            let unknown = self.word(bit).u;
+            // what has not changed was looked at before
+            if ever[unknown.index()] {
+                let unknown = self.map(unknown);
+                let unknown = self.out.bits(unknown, bit.lo % 64, 1);
+                let one = self.out.constant(1);
+                let tells = if seen { unknown } else { self.out.xor(unknown, one) };
+                self.bail_out_if(tells);
+            }
+        }
         let mut observed: Map<Slot, u32> = Map::default();
         let mut stores: Vec<Store> = Vec::new();
         let store = |node, plane, observed: Option<u32>| Store {

@@ -2,11 +2,22 @@
 
 use crate::Unsettled;
 use crate::compiled::ir::places::Slot;
+use crate::compiled::lower::layout::StateLayout;
+use crate::compiled::passes::edge::Watched;
 use crate::compiled::runtime::cycle::SHORT;
+use crate::compiled::runtime::state::Diagnostics;
 use crate::compiled::runtime::tracing::Times;
 use crate::compiled::runtime::variants::{FUNCTION_SIZE, Request};
-use crate::compiled::runtime::{CompiledEngine, MOST_BAIL_OUTS, NEVER, PATIENCE, bit_of};
+use crate::compiled::runtime::{BAIL_OUTS, CompiledEngine, MOST_WAITING, NEVER, bit_of};
 use crate::value::Word;
+
+/// The controls among those that may be unknown that have something to tell yet.
+fn watched(layout: &StateLayout, seen: &[bool], reported: &[bool], doubtful: &[u32]) -> Vec<Watched> {
+    let all = doubtful.iter().map(|&number| (number as usize, &layout.controls[number as usize]));
+    let silent = |pins: &[u32]| pins.iter().all(|&p| reported[layout.control_pins[p as usize].cell.index()]);
+    let all = all.filter(|(_, control)| !silent(&control.1));
+    all.map(|(number, control)| Watched { bit: control.0, seen: seen[number] }).collect()
+}
 
 impl CompiledEngine {
     /// Changes an input of one bit to and fro, up to `most` times (which is odd, or it goes back to where it was), until
@@ -21,13 +32,13 @@ impl CompiledEngine {
             return None;
         }
         let variant = &mut self.variants.list[number];
-        if variant.phases < variant.warm || !variant.doubtful.is_empty() || self.settling.first {
+        if variant.phases < variant.warm || self.settling.first {
             return None;
         }
         // where some state is unknown, that may become less
-        let most = match &variant.unknown {
-            Some(list) if !list.is_empty() => most.min(2 * (self.variants.looks.next / 2).max(PATIENCE / 2) + most % 2),
-            _ => most,
+        let most = match variant.breadth() {
+            0 => most,
+            _ => most.min(self.variants.guards.pause() / 2 * 2 + most % 2),
         };
         // borrows less than `wanted` does
         let shapes = self.observation.tracing.log.shapes.len();
@@ -40,7 +51,13 @@ impl CompiledEngine {
         };
         let buses = variant.buses.clone();
         let mut end = self.memory.len() as u32;
-        let made = variant.edge_loops(&self.netlist, &request, slot, &mut end)?;
+        let Diagnostics { seen, reported, report, .. } = &mut self.diagnostics;
+        let watched = |doubtful: &[u32]| watched(&self.layout, seen, reported, doubtful);
+        let made = variant.edge_loops(&self.netlist, &request, slot, &watched, &mut end)?;
+        if made.waiting > 0 {
+            made.waiting -= 1;
+            return None;
+        }
         self.memory.resize(end as usize, Word::ZERO);
         self.observation.tracing.log.shapes.append(&mut made.shapes);
         let net = self.layout.leaf_net[(slot - self.layout.leaves.start) as usize];
@@ -58,21 +75,28 @@ impl CompiledEngine {
                 }
                 _ => 0,
             };
-            self.diagnostics.report.packed += 2 * packed;
+            report.packed += 2 * packed;
             2 * packed + if packed < rounds { made.edge_loop.run(&mut self.memory, rounds - packed) } else { 0 }
         } else {
             made.single[usize::from(level)].run(&mut self.memory, 1)
         };
         if done == 0 {
             // what it met it cannot do as straight code
-            self.variants.bail_outs += 1;
-            if self.variants.bail_outs > MOST_BAIL_OUTS {
-                variant.discard_edges(slot);
-                self.variants.bail_outs = 0;
+            report.bail_outs += 1;
+            made.bail_outs += 1;
+            made.patience = (2 * made.patience + 1).min(MOST_WAITING);
+            made.waiting = made.patience / 2;
+            if made.bail_outs >= BAIL_OUTS {
+                made.bail_outs = 0;
+                let old = made.watched.clone();
+                if watched(&variant.doubtful) != old {
+                    variant.renew_edges(slot);
+                }
             }
             return None;
         }
-        self.variants.bail_outs = 0;
+        made.patience = 0;
+        report.straight += done;
         self.on_demand.clear();
         let level = level ^ (done % 2 == 0);
         self.memory[slot.index()] = Word::known(level.into());

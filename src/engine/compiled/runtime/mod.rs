@@ -4,7 +4,7 @@ mod clock;
 mod contents;
 pub(crate) mod cycle;
 pub(crate) mod feedback;
-mod narrow;
+mod guards;
 pub(crate) mod on_demand;
 mod reference;
 mod report;
@@ -32,14 +32,18 @@ use reference::Reference;
 pub use report::EngineReport;
 use state::{Clocks, Diagnostics, Observation, Settling, Source, Variants};
 
-/// After this many consecutive bail-outs the straight code of an input is discarded.
-pub(crate) const MOST_BAIL_OUTS: u32 = 64;
+/// After this many bail-outs the straight code of an input is made anew, if controls have told of themselves meanwhile.
+pub(crate) const BAIL_OUTS: u32 = 8;
+/// The most edges that straight code sits out after it has bailed out again and again.
+pub(crate) const MOST_WAITING: u32 = 256;
 /// Runs of the unrolled iteration of a loop in one phase after which it is iterated step by step.
 pub(crate) const MOST_LOOP_RUNS: u32 = 64;
+/// Nets that the summary names.
+const SHOWN: usize = 3;
 /// Phases in a variant after which edges are compiled as straight code, and nodes for which it is one phase more.
 pub(crate) const WARM: u64 = 16;
 pub(crate) const WARM_NODES: usize = 64;
-/// Phases in the four-valued variant after which one is compiled that assumes known all that is.
+/// Phases in the four-valued variant after which one may be compiled that assumes known all that is.
 pub(crate) const PATIENCE: u64 = 64;
 pub(crate) const NEVER: u64 = u64::MAX;
 
@@ -404,7 +408,24 @@ impl Engine for CompiledEngine {
     }
 
     fn summary(&self) -> String {
-        self.diagnostics.report.to_string()
+        let mut summary = self.diagnostics.report.to_string();
+        let mut failed: Vec<(NetId, u64)> = Vec::new();
+        for (&slot, &count) in &self.variants.guards.failures {
+            let net = self.layout.leaf_net[(slot - self.layout.leaves.start) as usize];
+            match failed.iter_mut().find(|f| f.0 == net) {
+                Some(found) => found.1 += count,
+                None => failed.push((net, count)),
+            }
+        }
+        failed.sort_by_key(|&(net, count)| (std::cmp::Reverse(count), net));
+        for (number, &(net, count)) in failed.iter().take(SHOWN).enumerate() {
+            let before = if number == 0 { "; unknown against expectation: " } else { ", " };
+            summary += &format!("{before}{} {count} times", self.netlist.net_name(net));
+        }
+        if failed.len() > SHOWN {
+            summary += &format!(", and {} more nets", failed.len() - SHOWN);
+        }
+        summary
     }
 }
 

@@ -2,7 +2,6 @@
 
 use crate::compiled::ir::places::Slot;
 use crate::compiled::lower::layout::Part;
-use crate::compiled::runtime::narrow::Looks;
 use crate::compiled::runtime::variants::Variant;
 use crate::compiled::runtime::{CompiledEngine, MOST_LOOP_RUNS, bit_of, codegen, feedback, set_bit, word_of};
 use crate::netlist::NetId;
@@ -30,6 +29,9 @@ impl CompiledEngine {
 
     /// Goes on in a variant, everything to be computed anew.
     pub(crate) fn enter(&mut self, number: usize) {
+        if self.variants.current != Some(number) {
+            self.variants.list[number].entered = self.diagnostics.report.phases();
+        }
         self.variants.current = Some(number);
         self.variants.guard_failed = false;
         self.variants.stale = false;
@@ -64,12 +66,7 @@ impl CompiledEngine {
             }
             return;
         }
-        if self.variants.current.is_some() {
-            // the next attempt at a faster variant is to wait longer
-            self.variants.patience = (self.variants.patience * 2).min(1 << 20);
-        }
-        self.variants.looks = Looks::from(self.diagnostics.report.phases(), self.variants.patience / 2);
-        let number = if self.find_unknown().is_none() { self.variant(Some(Vec::new())) } else { self.variant(None) };
+        let number = self.choose();
         self.enter(number);
     }
 

@@ -1,10 +1,10 @@
 //! What the engine holds beside memory, by what it is for.
 
 use super::feedback::Fixpoint;
-use super::narrow::Looks;
+use super::guards::Guards;
 use super::tracing::Tracing;
 use super::variants::Variant;
-use super::{EngineReport, NEVER, PATIENCE};
+use super::{EngineReport, NEVER};
 use crate::UnknownControl;
 use crate::cell::Clock;
 use crate::compiled::codegen::Shared;
@@ -83,17 +83,13 @@ pub(crate) struct Variants {
     pub guard_failed: bool,
     /// Straight code has run, which does not keep what partitions leave each other.
     pub stale: bool,
-    /// How many times in a row straight code has bailed out before it did anything.
-    pub bail_outs: u32,
     /// The most operations in a partition.
     pub partition_size: usize,
     /// Where all variants find what they share with the engine.
     pub shared: Shared,
     /// A slot of state that was unknown when one was last looked for: it is where the next search begins.
     pub last_unknown: Slot,
-    /// For how many phases to stay in the four-valued variant; doubled at each guard failure.
-    pub patience: u64,
-    pub looks: Looks,
+    pub guards: Guards,
 }
 
 impl Variants {
@@ -103,12 +99,10 @@ impl Variants {
             current: None,
             guard_failed: false,
             stale: false,
-            bail_outs: 0,
             partition_size,
             shared: Shared::default(),
             last_unknown: layout.leaves.start,
-            patience: PATIENCE,
-            looks: Looks::from(0, PATIENCE / 2),
+            guards: Guards::new(),
         }
     }
 

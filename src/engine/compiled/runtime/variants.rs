@@ -10,12 +10,12 @@ use crate::compiled::codegen::{self, Shared, dirty_bit};
 use crate::compiled::ir::graph::Map;
 use crate::compiled::ir::places::{PlaneWord, Slot};
 use crate::compiled::ir::schedule::{Root, Schedule};
-use crate::compiled::lower::layout::{Kept, StateLayout, StatePlaces};
+use crate::compiled::lower::layout::{Kept, Part, StateLayout, StatePlaces};
 use crate::compiled::lower::{Level, Lowered, lower};
-use crate::compiled::passes::edge::{EdgeCode, Source, straighten};
+use crate::compiled::passes::edge::{EdgeCode, Source, Watched, straighten};
 use crate::compiled::passes::partition::partition;
 use crate::compiled::runtime::cycle::Cycle;
-use crate::compiled::runtime::{WARM, WARM_NODES};
+use crate::compiled::runtime::{PATIENCE, WARM, WARM_NODES};
 use crate::netlist::Netlist;
 
 /// How many nodes go into a partition.
@@ -47,6 +47,13 @@ pub(crate) struct EdgeLoops {
     pub shapes: Vec<Box<[Field]>>,
     /// The two in one step on packed state, made when a run turns out to be long.
     pub cycle: Option<Option<Box<Cycle>>>,
+    /// The controls that they tell of.
+    pub watched: Vec<Watched>,
+    /// How many times they have bailed out before they did anything.
+    pub bail_outs: u32,
+    /// Edges that they sit out after that, and how many of these are to come.
+    pub patience: u32,
+    pub waiting: u32,
     up: EdgeCode,
     down: EdgeCode,
 }
@@ -80,7 +87,7 @@ pub(crate) struct Variant {
     pub unknown: Option<Vec<Slot>>,
     /// Numbers of the control bits that may be unknown.
     pub doubtful: Vec<u32>,
-    /// For each net whether it is kept.
+    /// For each net whether it is kept, by straight code too: controls that may be unknown are by partitions alone.
     pub keeps: Vec<bool>,
     /// What edges are made from, if it is small enough, and those that have been made; none where one cannot be.
     lowered: Option<Lowered>,
@@ -90,6 +97,10 @@ pub(crate) struct Variant {
     /// How many phases have run in this variant, and after how many edges are made.
     pub phases: u64,
     pub warm: u64,
+    /// When it was entered, how often it has failed soon after that, and from when on it may be entered again.
+    pub entered: u64,
+    pub failures: u32,
+    pub barred: u64,
     /// Single bits of state that people see as words: lanes and value planes.
     pub buses: Arc<[Vec<(u8, PlaneWord)>]>,
 }
@@ -116,8 +127,9 @@ impl Variant {
         let doubtful: Vec<u32> = doubtful.map(|(i, _)| i as u32).collect();
         let mut keeps = vec![false; lowered.nets.len()];
         w.kept.iter().for_each(|k| keeps[k.net.index()] |= k.always);
-        doubtful.iter().for_each(|&i| keeps[w.layout.controls[i as usize].0.net.index()] = true);
-        let (settling, sampled) = roots(&lowered, w, &may, &keeps);
+        let mut wanted = keeps.clone();
+        doubtful.iter().for_each(|&i| wanted[w.layout.controls[i as usize].0.net.index()] = true);
+        let (settling, sampled) = roots(&lowered, w, &may, &wanted);
         let mut spare: Option<PlaneWord> = None;
         let fresh = || {
             spare.take().unwrap_or_else(|| {
@@ -146,7 +158,9 @@ impl Variant {
         let fixed = schedule.constants.iter().filter(|(root, _)| w.layout.leaves.contains(root.plane.slot()));
         let fixed = fixed.map(|(root, n)| (root.plane, *n)).collect();
         let warm = WARM + (graph.len() / WARM_NODES) as u64;
-        let small = unknown.is_some() && graph.len() <= MOST_NODES;
+        // which a run soon leaves, as a rule
+        let warm = if unknown.is_some() { warm } else { 4 * (warm + PATIENCE) };
+        let small = graph.len() <= MOST_NODES;
         Ok(Variant {
             machine,
             settling: schedule.settling,
@@ -165,6 +179,9 @@ impl Variant {
             groups: schedule.partitions.iter().map(|c| c.group).collect(),
             phases: 0,
             warm,
+            entered: 0,
+            failures: 0,
+            barred: 0,
             buses: buses(netlist, w.layout).into(),
         })
     }
@@ -174,6 +191,16 @@ impl Variant {
     pub fn wakes(&self, slot: Slot) -> &[(u32, u64)] {
         let at = (slot - self.first_leaf) as usize;
         &self.wakes[self.wakes_start[at] as usize..self.wakes_start[at + 1] as usize]
+    }
+
+    /// Whether all slots of a list may be unknown in this variant.
+    pub fn allows_all(&self, slots: &[Slot]) -> bool {
+        slots.iter().all(|&slot| self.allows(slot))
+    }
+
+    /// How many slots of state may be unknown.
+    pub fn breadth(&self) -> usize {
+        self.unknown.as_ref().map_or(usize::MAX, Vec::len)
     }
 
     /// Whether a slot of state may be unknown in this variant.
@@ -187,21 +214,30 @@ impl Variant {
         netlist: &Netlist,
         w: &Request<'_>,
         input: Slot,
+        watched: &dyn Fn(&[u32]) -> Vec<Watched>,
         end: &mut u32,
     ) -> Option<&mut EdgeLoops> {
         if !self.edge_loops.contains_key(&input) {
-            let made = self.make_edge_loops(netlist, w, input, end);
+            let made = self.make_edge_loops(netlist, w, input, watched(&self.doubtful), end);
             self.edge_loops.insert(input, made);
         }
         self.edge_loops.get_mut(&input)?.as_mut()
     }
 
-    fn make_edge_loops(&self, netlist: &Netlist, w: &Request<'_>, input: Slot, end: &mut u32) -> Option<EdgeLoops> {
+    fn make_edge_loops(
+        &self,
+        netlist: &Netlist,
+        w: &Request<'_>,
+        input: Slot,
+        watched: Vec<Watched>,
+        end: &mut u32,
+    ) -> Option<EdgeLoops> {
         let lowered = self.lowered.as_ref()?;
         let kept: Vec<Kept> = w.kept.iter().copied().filter(|k| self.keeps[k.net.index()]).collect();
         let allows = |slot: Slot| self.allows(slot);
         let edge = |level| {
-            straighten(&Source { netlist, lowered, layout: w.layout, kept: &kept, allows: &allows, input, level })
+            let (kept, allows, watched) = (&kept, &allows, &watched);
+            straighten(&Source { netlist, lowered, layout: w.layout, kept, allows, watched, input, level })
         };
         let (mut up, mut down) = (edge(true)?, edge(false)?);
         let mut shapes = Vec::new();
@@ -226,12 +262,57 @@ impl Variant {
             made
         };
         let (single, edge_loop) = ([make(&[&down])?, make(&[&up])?], make(&[&up, &down])?);
-        Some(EdgeLoops { single, edge_loop, longest, shapes, cycle: None, up, down })
+        Some(EdgeLoops {
+            single,
+            edge_loop,
+            longest,
+            shapes,
+            cycle: None,
+            watched,
+            bail_outs: 0,
+            waiting: 0,
+            patience: 0,
+            up,
+            down,
+        })
     }
 
-    /// Discards the straight code of an input: it bailed out too often.
-    pub fn discard_edges(&mut self, input: Slot) {
-        self.edge_loops.insert(input, None);
+    /// Has the straight code of an input made anew: it is to tell of other controls.
+    pub fn renew_edges(&mut self, input: Slot) {
+        self.edge_loops.remove(&input);
+    }
+}
+
+/// All state that may become unknown, directly or not, where `unknown` slots may be.
+pub(crate) fn reach(netlist: &Netlist, layout: &StateLayout, mut unknown: Vec<Slot>) -> Vec<Slot> {
+    loop {
+        let may = |slot: Slot| unknown.binary_search(&slot).is_ok();
+        let lowered = lower(netlist, &StatePlaces { layout, unknown: &may });
+        let mut more: Vec<Slot> = Vec::new();
+        let mut add = |slot: Slot, u| {
+            if !lowered.graph.is(u, 0) && !may(slot) {
+                more.push(slot);
+            }
+        };
+        for level in &lowered.levels {
+            level.slot.up().zip(&level.value).for_each(|(slot, two)| add(slot, two.u));
+        }
+        let mut ports = Vec::new();
+        for (next, stored) in lowered.next.iter().zip(&layout.stored) {
+            match stored.part {
+                Part::Whole => stored.slot.up().zip(&next.value).for_each(|(slot, two)| add(slot, two.u)),
+                // any word of a memory may be unknown
+                Part::Read(_) => ports.extend(stored.slot.up().take(stored.words as usize).filter(|&slot| !may(slot))),
+                Part::Write(_) => {}
+            }
+        }
+        more.extend(ports);
+        if more.is_empty() {
+            return unknown;
+        }
+        unknown.extend(more);
+        unknown.sort_unstable();
+        unknown.dedup();
     }
 }
 
