@@ -8,8 +8,8 @@
 //! Sound: it is made only where the rounds of edges end by the wiring alone, whatever the values. It assumes that the circuit
 //! is settled, that clock pins are known, that state is known where the variant assumes so, that combinational loops settle
 //! within the unrolled steps, and that no control tells of itself by becoming unknown. Each assumption that is not certain
-//! is a bail-out: a node that must be 0, looked at before anything is stored. State that becomes unknown although it is assumed known fails a guard if nothing in the same edge has
-//! read it, and is a bail-out if something has.
+//! is a bail-out: a node that must be 0, looked at before anything is stored. State that becomes unknown although it is
+//! assumed known fails a guard if nothing in the same edge has read it, and is a bail-out if something has.
 
 use crate::cell::CellKind;
 use crate::compiled::ir::graph::{Graph, Id, Map, Op};
