@@ -18,6 +18,7 @@ mod prints;
 mod replay_order;
 mod start;
 mod stimulus;
+mod suites;
 mod verilog;
 mod view;
 mod why;
