@@ -248,7 +248,8 @@ impl Parts<'_> {
     fn place(&self, w: &mut Writer<'_>, addresses: usize, port: usize, used: bool) -> Place {
         let m = self.m;
         let pieces = pin(self.cell, addresses, port, m.abits);
-        let address = w.text_of(&pieces);
+        // a memory of one word may have no address at all
+        let address = if m.abits == 0 { "1'd0".to_owned() } else { w.text_of(&pieces) };
         if !used {
             return Place { index: address.clone(), address, inside: None };
         }
