@@ -321,7 +321,7 @@ pub struct DiffArgs {
     #[arg(long)]
     pub ignore_end: bool,
 
-    /// Do not compare signals that match, e.g. 'cache.**'; may be given several times
+    /// Do not compare nets that match, e.g. 'cache.**'; may be given several times
     #[arg(long, value_name = "GLOB")]
     pub ignore: Vec<String>,
 

@@ -91,11 +91,18 @@ fn an_option_means_the_same_in_every_command() {
     for command in Cli::command().get_subcommands() {
         for arg in command.get_arguments().filter(|arg| !arg.is_positional()) {
             let long = arg.get_long().unwrap().to_owned();
-            // What an interpolation prints is no report; a picture, a netlist, a table are no waveform; a comparison needs
-            // bits; an export goes to a format, where a path goes to a point; what is shown is not recorded;
-            // and a machine has pulses and directions where a circuit shows coordinates.
-            const OTHER: [(&str, &str); 19] = [
+            // What an interpolation prints is no report, and tests have more forms of it; a picture, a netlist, a table are no
+            // waveform; a comparison needs bits; times of a record and of a comparison are no points; `why` drives from the
+            // waveform that it compares with; an export goes to a format, where a path goes to a point; what is shown is not
+            // recorded; and a machine has pulses and directions where a circuit shows coordinates.
+            const OTHER: [(&str, &str); 25] = [
                 ("interpolate", "format"),
+                ("test", "format"),
+                ("run", "from"),
+                ("run", "to"),
+                ("diff", "from"),
+                ("diff", "to"),
+                ("why", "expect"),
                 ("plot", "output"),
                 ("draw", "output"),
                 ("view", "output"),

@@ -34,7 +34,7 @@ pub struct WhyArgs {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with = "stimulus")]
     pub expect: Option<PathBuf>,
 
-    /// Drive the inputs as in a waveform: VCD, FST or GHW
+    /// Drive each input, clocks too, as the net of its name in a waveform: VCD, FST or GHW
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub stimulus: Option<PathBuf>,
 
@@ -46,7 +46,7 @@ pub struct WhyArgs {
     #[arg(long, value_name = "NET")]
     pub first: Vec<String>,
 
-    /// Let x in A, the waveform, or in B, this run, agree with anything
+    /// Let x in A, or in B, agree with anything; otherwise x agrees only with x
     #[arg(long, value_name = "SIDE", requires = "expect")]
     pub ignore_x: Option<DontCare>,
 
