@@ -9,5 +9,5 @@ pub use crate::elaborate::{
 };
 pub use crate::syntax::{
     Block, Cell, CircuitFile, Constant, Direction, Expr, Limits, Module, Name, Names, Net, Parameter, ParameterText,
-    ParameterValue, Port, Repeat, Signal, is_name, limits, schema,
+    ParameterValue, Port, Repeat, Signal, Words, is_name, limits, schema,
 };

@@ -115,7 +115,7 @@ codes! {
     Error UnknownMemory "unknown-memory":
         "Contents are given for a memory that the circuit does not have.";
     Error BadContents "bad-contents":
-        "A file of a memory's contents cannot be read, or does not fit the memory.";
+        "The contents of a memory cannot be read, or do not fit it.";
     Error UnknownCode "unknown-code":
         "`allow` names a code that does not exist or is not a warning.";
     Error UnknownCheck "unknown-check":

@@ -3,18 +3,27 @@
 use indexmap::IndexMap;
 
 use super::scope::eval;
-use super::{Name, ParameterValue};
+use super::{Limits, Name, ParameterValue, contents};
 use crate::Value;
 use crate::cell::element::{Argument, Element, Kind, Parameter};
-use crate::diag::{Code, Diagnostic, Diagnostics, Span};
+use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Span};
+use crate::import::readmem::Shape;
+
+/// What the parameters of a cell may refer to.
+pub(super) struct Context<'a> {
+    /// Parameters and indices.
+    pub values: &'a IndexMap<String, i64>,
+    pub limits: &'a Limits,
+    /// The text of a file that the circuit file names.
+    pub text: &'a dyn Fn(&str) -> Option<(FileId, &'a str)>,
+}
 
 /// Reads the parameters of a cell. `None` if one is faulty.
 pub(super) fn read(
     element: &'static Element,
     cell: &Name,
     given: &IndexMap<Name, ParameterValue>,
-    values: &IndexMap<String, i64>,
-    most_bits: u64,
+    context: &Context<'_>,
     diagnostics: &mut Diagnostics,
 ) -> Option<Vec<(&'static str, Argument)>> {
     let mut ok = true;
@@ -40,12 +49,20 @@ pub(super) fn read(
     let integers_first = element.parameters.iter().filter(|p| matches!(p.kind, Kind::Integer { .. }));
     for parameter in integers_first.chain(element.parameters.iter().filter(|p| !matches!(p.kind, Kind::Integer { .. })))
     {
-        let width = read.iter().find_map(|(n, a)| match a {
-            Argument::Integer(w) if *n == "width" => Some(*w as u32),
-            _ => None,
-        });
+        let integer = |name: &str| {
+            read.iter().find_map(|(n, a)| match a {
+                Argument::Integer(w) if *n == name => Some(*w as u32),
+                _ => None,
+            })
+        };
+        let width = integer("width");
         let argument = match (given.get(parameter.name), parameter.default) {
-            (Some(value), _) => argument(parameter, value, width.unwrap_or(1), values, most_bits, diagnostics),
+            (given, _) if parameter.kind == Kind::Contents => {
+                let shape = Shape { width: width.unwrap_or(1), size: integer("words").unwrap_or(1), offset: 0 };
+                let place = given.map_or(cell.span, |g| g.span);
+                contents::read(shape, given, place, context, diagnostics).map(Argument::Contents)
+            }
+            (Some(value), _) => argument(parameter, value, width.unwrap_or(1), context, diagnostics),
             (None, Some(default)) => {
                 Some(of_text(parameter.kind, default, width.unwrap_or(1)).expect("defaults are valid"))
             }
@@ -72,10 +89,10 @@ fn argument(
     parameter: &Parameter,
     given: &ParameterValue,
     width: u32,
-    values: &IndexMap<String, i64>,
-    most_bits: u64,
+    context: &Context<'_>,
     diagnostics: &mut Diagnostics,
 ) -> Option<Argument> {
+    let (values, most_bits) = (context.values, context.limits.width);
     let text = given.word();
     let fault = |message: String, span: Span| Diagnostic::new(Code::BadParameter, message).at(span, "");
     match parameter.kind {
@@ -117,23 +134,8 @@ fn argument(
             diagnostics.push(fault.did_you_mean(word, words.iter().copied()));
             None
         }
-        Kind::Value => {
-            let literal = text.filter(|t| t.contains('\'') || matches!(*t, "x" | "z" | "all-ones"));
-            let value = match literal {
-                Some(text) => of_text(Kind::Value, text, width),
-                None => {
-                    let n = match given.expr() {
-                        Ok(expr) => eval(&expr, values, diagnostics)?,
-                        Err(d) => {
-                            diagnostics.push(d);
-                            return None;
-                        }
-                    };
-                    Value::for_width(&n.to_string(), width).map(Argument::Value).map_err(|e| e.to_string())
-                }
-            };
-            value.map_err(|e| diagnostics.push(fault(format!("`{}`: {e}", parameter.name), given.span))).ok()
-        }
+        Kind::Value => value(parameter.name, given, width, context, diagnostics).map(Argument::Value),
+        Kind::Contents => unreachable!("contents are read with the number of their words"),
         Kind::Quantity => {
             let number = given.value.as_text();
             // what names a parameter is an expression; `1k` and `2u` do not
@@ -158,12 +160,40 @@ fn argument(
     }
 }
 
+/// A value of `width` bits.
+pub(super) fn value(
+    name: &str,
+    given: &ParameterValue,
+    width: u32,
+    context: &Context<'_>,
+    diagnostics: &mut Diagnostics,
+) -> Option<Value> {
+    let literal = given.word().filter(|t| t.contains('\'') || matches!(*t, "x" | "z" | "all-ones"));
+    let value = match literal {
+        Some("all-ones") => Ok(Value::repeat(crate::Logic::One, width)),
+        Some(text) => Value::for_width(text, width),
+        None => {
+            let n = match given.expr() {
+                Ok(expr) => eval(&expr, context.values, diagnostics)?,
+                Err(d) => {
+                    diagnostics.push(d);
+                    return None;
+                }
+            };
+            Value::for_width(&n.to_string(), width)
+        }
+    };
+    let fault = |e| Diagnostic::new(Code::BadParameter, format!("`{name}`: {e}")).at(given.span, "");
+    value.map_err(|e| diagnostics.push(fault(e))).ok()
+}
+
 fn of_text(kind: Kind, text: &str, width: u32) -> Result<Argument, String> {
     match kind {
         Kind::Integer { .. } => text.parse().map(Argument::Integer).map_err(|e: std::num::ParseIntError| e.to_string()),
         Kind::Word(_) => Ok(Argument::Word(text.to_owned())),
         Kind::Value if text == "all-ones" => Ok(Argument::Value(Value::repeat(crate::Logic::One, width))),
         Kind::Value => Value::for_width(text, width).map(Argument::Value).map_err(|e| e.to_string()),
+        Kind::Contents => unreachable!("contents have no text"),
         Kind::Quantity => {
             quantity(text).map(Argument::Quantity).ok_or_else(|| format!("`{text}` is not a positive quantity"))
         }

@@ -1,6 +1,7 @@
 //! Elaboration: a module with its parameters becomes a netlist, its instances and blocks becoming scopes.
 
 mod cells;
+mod memories;
 
 use std::collections::{HashMap, HashSet};
 
@@ -12,7 +13,7 @@ use super::scope::{Declared, Nets, eval};
 use super::value_names;
 use super::{Block, Cell, Direction, Limits, Module, Name, Net, ParameterValue, Repeat};
 use crate::Timescale;
-use crate::diag::{Code, Diagnostic, Diagnostics, Span};
+use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Sources, Span};
 use crate::json::Recover;
 use crate::netlist::{self, Builder, Bus, ScopeId, SignalId};
 
@@ -49,7 +50,12 @@ struct Here<'a> {
 
 pub(super) struct Elaboration<'a> {
     library: &'a Library,
+    sources: &'a Sources,
     limits: &'a Limits,
+    /// What memories are to hold whatever the files say: their paths, the texts, and whether there is such a memory.
+    memories: Vec<(&'a Name, FileId, bool)>,
+    /// The paths of all memories.
+    memory_paths: Vec<String>,
     builder: Builder,
     diagnostics: Diagnostics,
     places: Places,
@@ -82,9 +88,11 @@ pub(super) struct Elaborated {
 /// Elaborates a module as the top of a netlist. Faults of wiring are left for [`Builder::finish_with`].
 pub(super) fn elaborate(
     library: &Library,
+    sources: &Sources,
     limits: &Limits,
     top: ModuleId,
     overrides: &[(Name, ParameterValue)],
+    memories: &[(Name, FileId)],
 ) -> Elaborated {
     let (name, module) = library.module(top);
     let mut builder = Builder::new(name);
@@ -93,7 +101,10 @@ pub(super) fn elaborate(
     let tick = timescale.femtoseconds() as f64 / 1e15;
     let mut e = Elaboration {
         library,
+        sources,
         limits,
+        memories: memories.iter().map(|(name, file)| (name, *file, false)).collect(),
+        memory_paths: Vec::new(),
         builder,
         diagnostics: Diagnostics::new(),
         places: Places::default(),
@@ -120,6 +131,7 @@ pub(super) fn elaborate(
         }
         e.fill(instance);
     }
+    e.unknown_memories();
     Elaborated { builder: e.builder, places: e.places, diagnostics: e.diagnostics, values, filled: e.filled }
 }
 

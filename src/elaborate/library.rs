@@ -3,9 +3,12 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
+use indexmap::IndexMap;
+
 use super::builtin;
+use super::contents::file_name;
 use super::source::normal;
-use super::{CircuitFile, Limits, Module, Name, read_file};
+use super::{Block, Cell, CircuitFile, Limits, Module, Name, read_file};
 use crate::cell::element;
 use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Severity, Sources, Span};
 use crate::json::Recover;
@@ -25,6 +28,8 @@ struct Loaded {
     imports: Vec<(usize, Span)>,
     /// Whether one of them cannot be read.
     misses: bool,
+    /// The files that memories are filled from, by the name that it has for them.
+    contents: HashMap<String, FileId>,
 }
 
 /// Every file read so far.
@@ -65,7 +70,7 @@ impl Library {
     ) -> Option<usize> {
         let first = self.files.len();
         let circuit = CircuitFile::parse(sources, source, diagnostics)?;
-        self.files.push(Loaded { source, circuit, imports: Vec::new(), misses: false });
+        self.files.push(Loaded { source, circuit, imports: Vec::new(), misses: false, contents: HashMap::new() });
         self.open_imports(first, limits, sources, diagnostics);
         Some(first)
     }
@@ -94,6 +99,7 @@ impl Library {
                     }
                 }
             }
+            self.read_contents(next, &base, limits, sources, diagnostics);
             next += 1;
         }
         self.check(first, diagnostics);
@@ -114,11 +120,45 @@ impl Library {
         }
         let source = read_file(path, limits, sources)?;
         let file = CircuitFile::parse(sources, source, diagnostics).map(|circuit| {
-            self.files.push(Loaded { source, circuit, imports: Vec::new(), misses: false });
+            self.files.push(Loaded { source, circuit, imports: Vec::new(), misses: false, contents: HashMap::new() });
             self.files.len() - 1
         });
         self.by_path.insert(key, file);
         Ok(file)
+    }
+
+    /// Reads the files that the memories of a file are filled from.
+    fn read_contents(
+        &mut self,
+        file: usize,
+        base: &Path,
+        limits: &Limits,
+        sources: &mut Sources,
+        diagnostics: &mut Diagnostics,
+    ) {
+        let mut named = Vec::new();
+        for module in self.files[file].circuit.modules.values().filter_map(Recover::as_ref) {
+            each_cell(&module.cells, &module.blocks, &mut |cell| {
+                let init = cell.parameters.get("init").filter(|_| cell.kind.value == "memory");
+                named.extend(init.and_then(|init| Some((file_name(init)?.to_owned(), init.span))));
+            });
+        }
+        for (name, span) in named {
+            if self.files[file].contents.contains_key(&name) {
+                continue;
+            }
+            match read_file(&normal(&base.join(&name)), limits, sources) {
+                Ok(text) => {
+                    self.files[file].contents.insert(name, text);
+                }
+                Err(fault) => diagnostics.push(fault.at(span, "the contents of the memory")),
+            }
+        }
+    }
+
+    /// The file that a file calls so and fills a memory from, if it could be read.
+    pub fn contents(&self, file: usize, name: &str) -> Option<FileId> {
+        self.files[file].contents.get(name).copied()
     }
 
     /// Checks what can be told without elaborating: import cycles, recursive modules, names of modules.
@@ -226,24 +266,23 @@ impl Library {
     pub fn uses(&self, id: ModuleId) -> Vec<(ModuleId, Span)> {
         let mut uses = Vec::new();
         if let (_, Some(module)) = self.module(id) {
-            self.cells(id.file, &module.cells, &module.blocks, &mut uses);
+            each_cell(&module.cells, &module.blocks, &mut |cell| {
+                uses.extend(self.find(id.file, &cell.kind).map(|m| (m, cell.kind.span)));
+            });
         }
         uses
     }
+}
 
-    fn cells(
-        &self,
-        file: usize,
-        cells: &indexmap::IndexMap<Name, Recover<super::Cell>>,
-        blocks: &indexmap::IndexMap<Name, Recover<super::Block>>,
-        uses: &mut Vec<(ModuleId, Span)>,
-    ) {
-        for cell in cells.values().filter_map(Recover::as_ref) {
-            uses.extend(self.find(file, &cell.kind).map(|m| (m, cell.kind.span)));
-        }
-        for block in blocks.values().filter_map(Recover::as_ref) {
-            self.cells(file, &block.cells, &block.blocks, uses);
-        }
+/// Calls `f` with all cells of a module.
+fn each_cell<'c>(
+    cells: &'c IndexMap<Name, Recover<Cell>>,
+    blocks: &'c IndexMap<Name, Recover<Block>>,
+    f: &mut dyn FnMut(&'c Cell),
+) {
+    cells.values().filter_map(Recover::as_ref).for_each(&mut *f);
+    for block in blocks.values().filter_map(Recover::as_ref) {
+        each_cell(&block.cells, &block.blocks, f);
     }
 }
 

@@ -11,7 +11,7 @@ use super::flatten::{elaborate, roots};
 use super::library::{Library, ModuleId};
 use super::report::{Places, Report};
 use super::synthesis::{Design, Language, Synthesis};
-use super::{Limits, Name, ParameterText, ParameterValue, read_file};
+use super::{Limits, Name, ParameterValue, read_file};
 use crate::Timescale;
 use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Sources, Span};
 use crate::import::yosys::{self, Contents, Imported, Monitor, Origins};
@@ -320,6 +320,12 @@ impl Loader {
         }
     }
 
+    /// Fills a memory from a text as `$readmemh` reads it; faults call the text `name`.
+    pub fn fill_memory_with(&mut self, memory: &str, name: &str, text: String) {
+        let file = self.sources.add(name, text);
+        self.memories.push((Name::new(memory.to_owned(), Span::new(file, 0, 0)), file));
+    }
+
     /// The limits it keeps.
     #[must_use]
     pub fn limits(&self) -> &Limits {
@@ -419,12 +425,10 @@ impl Loader {
             Kind::Yosys(text) => return self.import(text, parameters),
             Kind::Source(number) => return self.synthesize(number, parameters),
         };
-        for (name, _) in &self.memories {
-            let fault = Diagnostic::new(Code::UnknownMemory, format!("the circuit has no memory `{}`", name.value));
-            self.diagnostics.push(fault.at(name.span, "only netlists of Yosys have memories"));
-        }
         let top = self.top(file)?;
-        let (netlist, parameters, places) = self.netlist(top, parameters);
+        let memories = std::mem::take(&mut self.memories);
+        let (netlist, parameters, places) = self.netlist(top, parameters, &memories);
+        self.memories = memories;
         let simulation = self.library.file(file).simulation.as_ref();
         let simulation_span = simulation.map(|s| s.span);
         let simulation = simulation.and_then(|s| s.value.as_ref()).cloned();
@@ -445,13 +449,8 @@ impl Loader {
 
     /// The circuit of Verilog.
     fn synthesize(&mut self, number: usize, parameters: &[(Name, ParameterValue)]) -> Option<Circuit> {
-        let parameters = parameters.iter().map(|(name, value)| {
-            let value = match &value.value {
-                ParameterText::Integer(n) => n.to_string(),
-                ParameterText::Number(text) | ParameterText::String(text) => text.trim().to_owned(),
-            };
-            (name.value.as_str(), value)
-        });
+        let parameters =
+            parameters.iter().map(|(name, value)| (name.value.as_str(), value.value.as_text().trim().to_owned()));
         let path = &self.designs[number];
         let top = self.top.as_ref().map(|(top, _)| top.as_str());
         let design = Design { path, top, parameters: parameters.collect(), place: None };
@@ -531,14 +530,14 @@ impl Loader {
         }
         for module in roots(&self.library, file) {
             if !done.contains(&module) && !self.filled.contains(&module) {
-                self.netlist(module, &[]);
+                self.netlist(module, &[], &[]);
             }
         }
         // those of which every cell is faulty
         if self.diagnostics.has_errors() && self.diagnostics.iter().all(|d| d.code != Code::TooLarge) {
             for module in self.library.modules(file) {
                 if !self.filled.contains(&module) {
-                    self.netlist(module, &[]);
+                    self.netlist(module, &[], &[]);
                 }
             }
         }
@@ -560,12 +559,13 @@ impl Loader {
         &mut self,
         top: ModuleId,
         parameters: &[(Name, ParameterValue)],
+        memories: &[(Name, FileId)],
     ) -> (Netlist, IndexMap<String, i64>, Places) {
         // a circle of modules has no end
         if self.diagnostics.iter().any(|d| d.code == Code::RecursiveModule) {
             return (Netlist::default(), IndexMap::new(), Places::default());
         }
-        let elaborated = elaborate(&self.library, &self.limits, top, parameters);
+        let elaborated = elaborate(&self.library, &self.sources, &self.limits, top, parameters, memories);
         let cut_short = elaborated.diagnostics.iter().any(|d| d.code == Code::TooLarge);
         self.diagnostics.append(elaborated.diagnostics);
         self.filled.extend(elaborated.filled);

@@ -5,6 +5,7 @@
 
 mod arguments;
 mod builtin;
+mod contents;
 mod flatten;
 mod library;
 mod load;

@@ -276,7 +276,7 @@ pub type ParameterValue = Spanned<ParameterText>;
 
 /// A number, or a text that is an expression or a word: which of them, the cell's type says.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename = "$discreta::Kind an integer, an expression or a word", rename_all = "lowercase")]
+#[serde(rename = "$discreta::Kind an integer, an expression, a word or an array", rename_all = "lowercase")]
 #[schemars(rename = "ParameterValue", untagged)]
 pub enum ParameterText {
     /// A JSON number.
@@ -287,7 +287,13 @@ pub enum ParameterText {
     Number(String),
     /// A JSON string.
     String(String),
+    /// The words of a memory.
+    Array(Words),
 }
+
+/// What a memory holds, word by word from address 0.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+pub struct Words(#[serde(deserialize_with = "json::every")] pub Vec<ParameterValue>);
 
 fn fraction<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
     f64::deserialize(deserializer).map(|n| n.to_string())
@@ -300,6 +306,7 @@ impl ParameterText {
         match self {
             ParameterText::Integer(n) => n.to_string(),
             ParameterText::Number(text) | ParameterText::String(text) => text.clone(),
+            ParameterText::Array(_) => "an array".to_owned(),
         }
     }
 }
@@ -314,6 +321,10 @@ impl Spanned<ParameterText> {
             ParameterText::Integer(n) => Ok(Expr::number(*n, self.span)),
             ParameterText::Number(_) => Err(Diagnostic::new(Code::WrongType, "only a quantity may have a fraction")
                 .at(self.span, "this is not an integer")),
+            ParameterText::Array(_) => {
+                Err(Diagnostic::new(Code::WrongType, "expected one value, not an array of them")
+                    .at(self.span, "only the words of a memory are an array"))
+            }
             ParameterText::String(text) => Expr::parse(text, self.span),
         }
     }
@@ -322,7 +333,7 @@ impl Spanned<ParameterText> {
     #[must_use]
     pub fn word(&self) -> Option<&str> {
         match &self.value {
-            ParameterText::Integer(_) | ParameterText::Number(_) => None,
+            ParameterText::Integer(_) | ParameterText::Number(_) | ParameterText::Array(_) => None,
             ParameterText::String(text) => Some(text),
         }
     }

@@ -21,6 +21,7 @@ pub mod value_names;
 pub use check::{Check, CheckRule, Level, NetEdge};
 pub use circuit::{
     Block, Cell, CircuitFile, Direction, Module, Name, Net, Parameter, ParameterText, ParameterValue, Port, Repeat,
+    Words,
 };
 pub use expr::{Expr, Names};
 pub use expr_parser::is_name;

@@ -37,6 +37,7 @@ const FAMILIES: &[(&str, &str)] = &[
     ("mux", "Multiplexers, comparators and drivers"),
     ("sr", "Flip-flops, latches and registers"),
     ("counter", "Counters and accumulators"),
+    ("memory", "Memories"),
     ("constant", "Constants, clocks and delays"),
 ];
 
@@ -48,6 +49,7 @@ fn kind(parameter: &Parameter) -> String {
         Kind::Word(words) => words.iter().map(|w| format!("`\"{w}\"`")).collect::<Vec<_>>().join(" or "),
         Kind::Value => "value of `width` bits".into(),
         Kind::Quantity => "positive quantity: a number, SI prefix allowed, or an expression".into(),
+        Kind::Contents => "value, array of values, or name of a file".into(),
     }
 }
 
@@ -55,7 +57,8 @@ fn kind(parameter: &Parameter) -> String {
 fn unconnected(port: &Port) -> &'static str {
     match port.pin {
         _ if port.required => "required",
-        "en" => "default 1",
+        _ if port.doc.contains("required") => "see there",
+        "en" | "rd_en" => "default 1",
         _ => "default 0",
     }
 }

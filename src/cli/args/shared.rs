@@ -150,7 +150,7 @@ pub struct ElaborationArgs {
     #[arg(long, value_name = "MODULE")]
     pub blackbox: Vec<String>,
 
-    /// Fill a memory of a Yosys netlist from a file as $readmemh does, e.g. cpu.ram=program.hex; may be given several times
+    /// Fill a memory from a file as $readmemh does, e.g. cpu.ram=program.hex; may be given several times
     #[arg(long, value_name = "NAME=FILE", value_parser = assignment)]
     pub memory: Vec<Assignment>,
 

@@ -1,8 +1,11 @@
 //! How an element appears in a circuit file: its name, ports, parameters and documentation. The reference page
 //! `docs/elements.md` is made from these descriptions.
 
+use std::sync::Arc;
+
 use super::{AddOp, CellKind, CompareOp, GateOp};
 use crate::Value;
+use crate::value::Word;
 
 /// An element that a circuit file can name as the `type` of a cell.
 #[derive(Debug)]
@@ -90,6 +93,9 @@ pub enum Kind {
     Value,
     /// A positive quantity with an SI prefix, such as `10k` or `100p`.
     Quantity,
+    /// What a memory holds at the start, of `words` words of `width` bits: one value for all of them, an array of values,
+    /// or the name of a file as `$readmemh` reads it.
+    Contents,
 }
 
 impl Kind {
@@ -123,6 +129,8 @@ pub enum Argument {
     Value(Value),
     /// Of [`Kind::Quantity`], in the unit of the parameter.
     Quantity(f64),
+    /// Of [`Kind::Contents`], laid out as [`Memory::contents`](super::Memory::contents) says.
+    Contents(Arc<[Word]>),
 }
 
 /// The arguments of one cell: every parameter of its element has a value.
@@ -183,6 +191,14 @@ impl Arguments {
             other => unreachable!("{name} is {other:?}"),
         }
     }
+
+    /// The contents of a memory.
+    pub(super) fn contents(&self, name: &str) -> Arc<[Word]> {
+        match self.get(name) {
+            Argument::Contents(words) => words.clone(),
+            other => unreachable!("{name} is {other:?}"),
+        }
+    }
 }
 
 /// Every element, family by family.
@@ -193,6 +209,7 @@ pub fn elements() -> impl Iterator<Item = &'static Element> {
         super::select::ELEMENTS,
         super::storage::ELEMENTS,
         super::counter::ELEMENTS,
+        super::memory::ELEMENTS,
         super::time::ELEMENTS,
     ]
     .into_iter()

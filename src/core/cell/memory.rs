@@ -18,7 +18,8 @@
 
 use std::sync::Arc;
 
-use super::Edge;
+use super::element::{Element, Kind, Parameter, Port};
+use super::{CellKind, Edge};
 use crate::Value;
 use crate::value::Word;
 use crate::value::word::{mask, word_mask, words};
@@ -243,6 +244,121 @@ pub fn merged(old: Word, bits: u64, new: Word) -> Word {
 fn load(q: &mut [Word], value: &Value) {
     q.iter_mut().zip(value.words()).for_each(|(q, w)| *q = w);
 }
+
+/// The edge of a port's clock; none for `none`.
+fn clock(word: &str) -> Option<Edge> {
+    (word != "none").then(|| super::storage::edge(word))
+}
+
+/// The bits that addresses of so many words need, at least one.
+fn address_bits(words: u32) -> u32 {
+    (u32::BITS - words.saturating_sub(1).leading_zeros()).max(1)
+}
+
+const EDGES: Kind = Kind::Word(&["none", "rising", "falling"]);
+
+/// The elements of this family.
+pub const ELEMENTS: &[Element] = &[Element {
+    name: "memory",
+    summary: "memory of words with any number of ports",
+    ports: &[
+        Port::optional("rd_clk", "clocks of the read ports; required if `read_edge` is not `none`"),
+        Port::optional("rd_en", "read enables: a port with a clock keeps its word while this is not 1"),
+        Port::input("rd_addr", "addresses of the read ports"),
+        Port::output("rd_data", "the words read"),
+        Port::optional("wr_clk", "clocks of the write ports; required if they have some"),
+        Port::optional("wr_en", "write enables, one for each bit of `wr_data`; required if there are write ports"),
+        Port::optional("wr_addr", "addresses of the write ports; required if there are some"),
+        Port::optional("wr_data", "the words to write; required if there are write ports"),
+    ],
+    parameters: &[
+        Parameter { name: "width", kind: Kind::WIDTH, default: Some("8"), doc: "bits of a word" },
+        Parameter {
+            name: "words",
+            kind: Kind::Integer { min: 1, max: 1 << 26 },
+            default: None,
+            doc: "how many words; their addresses are 0, 1, …",
+        },
+        Parameter {
+            name: "address",
+            kind: Kind::Integer { min: 0, max: 64 },
+            default: Some("0"),
+            doc: "bits of an address; 0 for as many as `words` need, but one at least",
+        },
+        Parameter { name: "reads", kind: Kind::Integer { min: 1, max: 1024 }, default: Some("1"), doc: "read ports" },
+        Parameter {
+            name: "writes",
+            kind: Kind::Integer { min: 0, max: 1024 },
+            default: Some("1"),
+            doc: "write ports; 0 makes a ROM",
+        },
+        Parameter {
+            name: "read_edge",
+            kind: EDGES,
+            default: Some("none"),
+            doc: "when read ports read: at an edge of their clock, or always",
+        },
+        Parameter {
+            name: "write_edge",
+            kind: EDGES,
+            default: Some("rising"),
+            doc: "when write ports write: at an edge of their clock, or all the time that they are enabled",
+        },
+        Parameter {
+            name: "transparent",
+            kind: Kind::FLAG,
+            default: Some("0"),
+            doc: "1: a read port with a clock reads what is written to its address at the same instant, be there such a word or not; 0: what was there before",
+        },
+        Parameter {
+            name: "init",
+            kind: Kind::Contents,
+            default: Some("x"),
+            doc: "what it holds at the start; words that are not given are x",
+        },
+    ],
+    meaning: "Each pin holds that of all ports, the first port in the low bits: `rd_data` of two ports of 8 bits is `[port 1, port 0]`. An address that is outside or has an x or z reads x, and nothing is written there; a bit is written where its enable is 1. A port without a clock acts all the time: it reads what is there, and writes while it is enabled. Of several ports that write a bit at one instant the last wins. `init` is a value for all words (`0`, `\"8'hff\"`, `\"x\"`), an array of values from address 0 on, or the name of a file, one with a dot, relative to the circuit file, in the form of `$readmemh`: hex numbers, `_`, `x`, `z`, `@` and an address, comments. `--memory NAME=FILE` puts a file in its place.",
+    source: "IEEE 1364-2005, 4.9.1 and 17.2.8; Yosys `$mem_v2`",
+    example: r#"{ "type": "memory", "parameters": { "width": "W", "words": 16, "init": [1, 2, "8'hff"] }, "connections": { "rd_addr": "a", "rd_data": "word", "wr_clk": "clk", "wr_en": "we", "wr_addr": "to", "wr_data": "d" } }"#,
+    build: |a| {
+        let (width, size) = (a.width("width"), a.width("words"));
+        let (reads, writes) = (a.width("reads"), a.width("writes"));
+        let abits = match a.width("address") {
+            0 => address_bits(size),
+            given => given,
+        };
+        // no pin may have more bits than a number of 32 bits counts
+        if u64::from(reads.max(writes)) * u64::from(width.max(abits)) > 1 << 26 {
+            return Err(format!("{} ports of {width} bits are more than a memory can have", reads.max(writes)));
+        }
+        let read_clock = clock(a.word("read_edge"));
+        let ports = writes as usize;
+        let read = ReadPort {
+            clock: read_clock,
+            wide: false,
+            transparent: vec![a.flag("transparent") && read_clock.is_some(); ports].into(),
+            collides: vec![false; ports].into(),
+            arst_value: Value::unknown(width),
+            srst_value: Value::unknown(width),
+            enable_first: false,
+        };
+        let write = |port: usize| WritePort {
+            clock: clock(a.word("write_edge")),
+            wide: false,
+            priority: vec![true; port].into(),
+        };
+        Ok(CellKind::Memory(Box::new(Memory {
+            width,
+            size,
+            offset: 0,
+            abits,
+            init: a.contents("init"),
+            start: Value::unknown(reads * width),
+            reads: vec![read; reads as usize],
+            writes: (0..ports).map(write).collect(),
+        })))
+    },
+}];
 
 #[cfg(test)]
 mod tests {

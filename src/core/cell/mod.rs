@@ -399,10 +399,18 @@ impl CellKind {
         }
     }
 
-    /// Whether input pin `index` must be connected: one of no bits need not be.
+    /// Whether input pin `index` must be connected: one of no bits need not be, nor a clock that no port has.
     #[must_use]
     pub fn requires(&self, index: usize) -> bool {
-        self.inputs()[index].required && self.input_width(index) > 0
+        let clocks = match self {
+            CellKind::Memory(m) => match index {
+                pin::memory::RD_CLK => m.reads.iter().any(|port| port.clock.is_some()),
+                pin::memory::WR_CLK => m.writes.iter().any(|port| port.clock.is_some()),
+                _ => true,
+            },
+            _ => true,
+        };
+        self.inputs()[index].required && self.input_width(index) > 0 && clocks
     }
 
     /// How many vectors one above another input pin `index` takes: more than one where it stands for several inputs.

@@ -127,9 +127,9 @@ shapes! {
     /// Memory; each pin is that of all ports.
     memory {
         RD_CLK = "rd_clk": Clock,
-        RD_EN = "rd_en": Enable,
-        RD_ARST = "rd_arst": Level,
-        RD_SRST = "rd_srst": Enable,
+        RD_EN = "rd_en": Enable high,
+        RD_ARST = "rd_arst": Level low,
+        RD_SRST = "rd_srst": Enable low,
         RD_ADDR = "rd_addr": Data,
         WR_CLK = "wr_clk": Clock,
         WR_EN = "wr_en": Enable,

@@ -8,7 +8,7 @@ use super::super::scope::{Faulty, Nets, Reader, constant_in, nets_of, s};
 use super::super::{Cell, Direction, Name, Signal, arguments};
 use super::{Binding, Elaboration, Here, Instance, Values};
 use crate::cell::element::{Arguments, Element, Port};
-use crate::cell::{element, elements};
+use crate::cell::{CellKind, element, elements};
 use crate::diag::{Code, Diagnostic, nearest};
 use crate::netlist::Bus;
 
@@ -112,8 +112,12 @@ impl Elaboration<'_> {
     fn element(&mut self, here: &Here<'_>, values: &Values, name: &Name, cell: &Cell, element: &'static Element) {
         let ports: Vec<&str> = element.ports.iter().map(|p| p.name).collect();
         self.check_ports(here, cell, &ports);
-        let arguments =
-            arguments::read(element, name, &cell.parameters, values, self.limits.width, &mut self.diagnostics);
+        let text = |name: &str| {
+            let file = self.library.contents(here.module.file, name)?;
+            Some((file, self.sources.text(file)))
+        };
+        let context = arguments::Context { values, limits: self.limits, text: &text };
+        let arguments = arguments::read(element, name, &cell.parameters, &context, &mut self.diagnostics);
         let width = arguments.as_ref().and_then(|a| a.iter().find(|(n, _)| *n == "width"));
         let width = width.map_or(1, |(_, w)| if let crate::cell::Argument::Integer(w) = w { *w as u32 } else { 1 });
 
@@ -148,7 +152,7 @@ impl Elaboration<'_> {
             }),
             _ => Err(()),
         };
-        let Ok(kind) = kind else {
+        let Ok(mut kind) = kind else {
             self.mute_all(here, cell);
             return;
         };
@@ -181,11 +185,17 @@ impl Elaboration<'_> {
         }
         let pieces: usize = pins.0.iter().chain(&pins.1).map(Bus::pieces).sum();
         let open = (0..pins.1.len()).filter(|&k| pins.1[k].width() == 0).map(|k| u64::from(kind.output_width(k)));
-        let more = pieces as u64 + open.sum::<u64>();
+        let mut more = pieces as u64 + open.sum::<u64>();
+        if let CellKind::Memory(memory) = &kind {
+            more += u64::from(memory.size) * u64::from(memory.width);
+        }
         if !self.bits(more, name.span) {
             return;
         }
         self.unnamed += more;
+        if matches!(kind, CellKind::Memory(_)) {
+            self.memory(here, name, &mut kind, &mut pins.0);
+        }
         let id = self.builder.cell(here.scope, name, kind, pins.0, pins.1);
         self.builder.drawn_as(id, element.name);
         self.places.cell(id, Place { span: name.span, module: here.module, port: false, muted: false });

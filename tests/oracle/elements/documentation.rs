@@ -3,7 +3,7 @@
 
 use discreta::Value;
 use discreta::cell::element::Kind;
-use discreta::cell::{self, Argument, Arguments, CellKind, Element, elements};
+use discreta::cell::{self, Argument, Arguments, CellKind, Element, Memory, elements};
 use discreta::netlist::Cell;
 use discreta::value::Word;
 use discreta::value::word::words;
@@ -29,6 +29,7 @@ fn build(element: &Element, given: &[(&str, &str)], inputs: u32) -> CellKind {
         (Kind::Word(_), text) => Argument::Word(text),
         (Kind::Value, text) if text == "all-ones" => Argument::Value(Value::repeat(discreta::Logic::One, width)),
         (Kind::Value, text) => Argument::Value(Value::for_width(&text, width).unwrap()),
+        (Kind::Contents, _) => Argument::Contents(Memory::contents(width, PARAMETER as u32).into()),
         (Kind::Quantity, _) => Argument::Quantity(0.5), // no test here depends on it
     };
     let values = element.parameters.iter().map(|p| (p.name, argument(p.name, p.kind, p.default))).collect();

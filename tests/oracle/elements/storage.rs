@@ -100,8 +100,112 @@ fn counters() -> Vec<Case> {
     cases
 }
 
+/// Memories: of sizes that are powers of two and not, with addresses that reach further and not, all kinds of ports.
+/// Where several ports or clocks meet, one clock drives all, or Verilog would leave the order open.
+fn memories() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for &w in WIDTHS {
+        for (words, a) in [(1, 1), (5, 3), (16, 4), (70, 8)] {
+            let write = |port: u32| {
+                let lo = |width: u32| format!("[{}:{}]", (port + 1) * width - 1, port * width);
+                format!(
+                    "for (i = 0; i < {w}; i = i + 1) if (wr_en[{port} * {w} + i] === 1'b1)
+      mem[wr_addr{}][i] = wr_data[{port} * {w} + i];",
+                    lo(a)
+                )
+            };
+            let (last, range) = (words - 1, format!("[{}:0]", w - 1));
+            let size = |case: Case| case.parameter("width", w).parameter("words", words).parameter("address", a);
+            let writing = [("wr_en", w), ("wr_addr", a), ("wr_data", w)];
+
+            let plain = format!(
+                "reg {range} mem [0:{last}]; integer i; wire {range} rd_data = mem[rd_addr];
+  initial for (i = 0; i < {words}; i = i + 1) mem[i] = 1;
+  always @(negedge wr_clk) begin {} end",
+                write(0)
+            );
+            let inputs = [&[("wr_clk", 1), ("rd_addr", a)], &writing[..]].concat();
+            let case = size(Case::new("memory", &inputs, &[("rd_data", w)], &plain));
+            cases.push(case.parameter("write_edge", "falling").parameter("init", "1").clock("wr_clk", true));
+
+            let level = format!(
+                "reg {range} mem [0:{last}]; integer i; reg {range} rd_data;
+  always @(wr_en, wr_addr, wr_data, rd_addr) begin {} rd_data = mem[rd_addr]; end",
+                write(0)
+            );
+            let inputs = [&[("rd_addr", a)], &writing[..]].concat();
+            let case = size(Case::new("memory", &inputs, &[("rd_data", w)], &level));
+            cases.push(case.parameter("write_edge", "none"));
+
+            for transparent in [0, 1] {
+                let part = |port: u32, width: u32| format!("[{}:{}]", (port + 1) * width - 1, port * width);
+                let read = |port: u32| {
+                    // as a bypass has it, whether there is such a word or not
+                    let bypass = |from: u32| {
+                        format!(
+                            "for (i = 0; i < {w}; i = i + 1)
+        if ((rd_addr{} == wr_addr{}) === 1'b1 && wr_en[{from} * {w} + i] === 1'b1)
+          rd_data[{port} * {w} + i] = wr_data[{from} * {w} + i];",
+                            part(port, a),
+                            part(from, a)
+                        )
+                    };
+                    let seen = if transparent == 1 { bypass(0) + &bypass(1) } else { String::new() };
+                    let (to, at) = (part(port, w), part(port, a));
+                    format!("if (rd_en[{port}] === 1'b1) begin rd_data{to} = mem[rd_addr{at}]; {seen} end")
+                };
+                let clocked = format!(
+                    "reg {range} mem [0:{last}]; integer i; reg [2*{w}-1:0] rd_data;
+  always @(posedge clk) begin {}\n{}\n{}\n{} end",
+                    read(0),
+                    read(1),
+                    write(0),
+                    write(1)
+                );
+                let inputs = [
+                    ("clk", 1),
+                    ("rd_en", 2),
+                    ("rd_addr", 2 * a),
+                    ("wr_en", 2 * w),
+                    ("wr_addr", 2 * a),
+                    ("wr_data", 2 * w),
+                ];
+                let mut case = size(Case::new("memory", &inputs, &[("rd_data", 2 * w)], &clocked));
+                case = case.parameter("transparent", transparent);
+                case.cells = Some(serde_json::json!({ "cell": {
+                    "type": "memory",
+                    "parameters": { "width": w, "words": words, "address": a, "reads": 2, "writes": 2,
+                                    "read_edge": "rising", "transparent": transparent },
+                    "connections": { "rd_clk": "2{clk}", "rd_en": "rd_en", "rd_addr": "rd_addr", "rd_data": "rd_data",
+                        "wr_clk": "2{clk}", "wr_en": "wr_en", "wr_addr": "wr_addr", "wr_data": "wr_data" } } }));
+                cases.push(case.clock("clk", false));
+            }
+        }
+    }
+    // contents from a file and from a list; the address is as wide as 6 words need
+    let folder = crate::support::folder("elements_memories");
+    std::fs::write(folder.join("rom.hex"), "// six words\n1f x_1 @3 z /* no fourth */ 7\n@5\n00A").unwrap();
+    let rom = "reg [8:0] mem [0:5]; wire [8:0] rd_data = mem[rd_addr];";
+    let file = format!("{rom} initial $readmemh(\"rom.hex\", mem);");
+    let list = format!("{rom} initial begin mem[0] = 300; mem[1] = -1; mem[2] = 9'bx1z; end");
+    for (init, model) in [(serde_json::json!("rom.hex"), file), (serde_json::json!([300, -1, "9'bx1z"]), list)] {
+        let mut case = Case::new("memory", &[("rd_addr", 3)], &[("rd_data", 9)], &model).parameter("init", &init);
+        case.cells = Some(serde_json::json!({ "cell": {
+            "type": "memory", "parameters": { "width": 9, "words": 6, "writes": 0, "init": init },
+            "connections": { "rd_addr": "rd_addr", "rd_data": "rd_data" } } }));
+        cases.push(case);
+    }
+    cases
+}
+
 pub fn cases() -> impl Iterator<Item = Case> {
-    flip_flops().into_iter().chain(counters())
+    flip_flops().into_iter().chain(counters()).chain(memories())
+}
+
+#[needs(iverilog)]
+#[test]
+fn memories_do_what_arrays_do() {
+    compare("memories", &memories());
 }
 
 #[needs(iverilog)]
