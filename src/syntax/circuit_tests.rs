@@ -106,7 +106,7 @@ fn faults_of_many_parts_at_once() {
         "bad-repeat at {}: a `repeat` names no index",
         "bad-repeat at [1]: a range is [from, to]",
         "bad-expression at b: expected an operator or the end of the expression",
-        "wrong-type at true: `width` must be an integer, an expression or a word",
+        "wrong-type at true: `width` must be an integer, an expression, a word or an array",
         "bad-name at n!: `n!` cannot be the name of a net",
         "unknown-field at port: unknown field `port`",
     ];
