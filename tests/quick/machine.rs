@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
 
 use crate::support::program::{discreta, run as command};
 
@@ -66,8 +67,12 @@ fn rs274(text: &str) -> Option<Vec<String>> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("t.nc"), text).unwrap();
     std::fs::write(folder.path().join("tool.tbl"), "T1 P1 D6\nT2 P2 D3\n").unwrap();
+    // two at once now and then do not end: it has memory that all its instances share
+    static ALONE: Mutex<()> = Mutex::new(());
+    let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let output =
         Command::new("rs274").args(["-g", "-t", "tool.tbl", "t.nc"]).current_dir(folder.path()).output().unwrap();
+    drop(alone);
     let out = String::from_utf8_lossy(&output.stdout).into_owned();
     // it goes on to its own end, whose lines are not the program's
     let all: Vec<String> = out
