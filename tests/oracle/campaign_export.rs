@@ -193,18 +193,15 @@ fn random_netlists_through_every_command() {
     });
 }
 
-/// Seeds that have found something, each with what that was.
+/// Seed 196 found a memory of one word, without an address, that nothing writes.
 #[needs(iverilog, yosys)]
 #[test]
-fn what_was_found_stays_mended() {
-    for (seed, found) in [(196, "a memory of one word, without an address, that nothing writes")] {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("campaign_found").join(seed.to_string());
-        std::fs::create_dir_all(&folder).unwrap();
-        let mut rng = Rng::new(seed);
-        let design = Design::new(&mut rng);
-        let nets = Case { folder, seed }.all(&design, PASSES[rng.below(PASSES.len() as u64) as usize]);
-        assert!(nets > 0, "{found}");
-    }
+fn a_memory_without_an_address_stays_mended() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("campaign_found");
+    std::fs::create_dir_all(&folder).unwrap();
+    let (seed, mut rng) = (196, Rng::new(196));
+    let design = Design::new(&mut rng);
+    assert!(Case { folder, seed }.all(&design, PASSES[rng.below(PASSES.len() as u64) as usize]) > 0);
 }
 
 /// Shapes of ports that are hard, one by one, at every level of synthesis.
