@@ -26,8 +26,7 @@ impl Clock {
     ///
     /// ```
     /// # mod discreta {
-    /// #     pub use discreta_core::*;
-    /// #     pub use discreta_interpolate as interpolate;
+    /// #     pub mod interpolate { pub use discreta_interpolate::*; }
     /// # }
     /// use discreta::interpolate::Clock;
     /// let letter = |step| Clock { step, ..Clock::default() }.letter();

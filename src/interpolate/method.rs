@@ -6,8 +6,7 @@ use std::{error, fmt, str::FromStr};
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::Method;
 /// assert_eq!("ef-line".parse(), Ok(Method::EfLine));

@@ -267,8 +267,7 @@ type Core = Mirrored<Box<dyn Interpolator>>;
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{ArcPath, EfCircle, Quadrants};
 /// // from (3, 4) over the y axis to (-4, 3)

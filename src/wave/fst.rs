@@ -39,7 +39,7 @@ const INDEX: usize = 13;
 /// ```
 /// # mod discreta {
 /// #     pub use discreta_core::*;
-/// #     pub use discreta_wave as wave;
+/// #     pub mod wave { pub use discreta_wave::*; }
 /// # }
 /// use discreta::value::Word;
 /// use discreta::wave::{Layout, Sink, fst::FstWriter, output::Output, read::Waves};

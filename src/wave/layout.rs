@@ -71,7 +71,7 @@ pub(super) enum Declaration {
 /// ```
 /// # mod discreta {
 /// #     pub use discreta_core::*;
-/// #     pub use discreta_wave as wave;
+/// #     pub mod wave { pub use discreta_wave::*; }
 /// # }
 /// use discreta::wave::Layout;
 /// let mut layout = Layout::default();

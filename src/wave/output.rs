@@ -83,7 +83,7 @@ impl<D: Destination + ?Sized> Destination for Box<D> {
 /// ```
 /// # mod discreta {
 /// #     pub use discreta_core::*;
-/// #     pub use discreta_wave as wave;
+/// #     pub mod wave { pub use discreta_wave::*; }
 /// # }
 /// use std::io::Write;
 /// use discreta::wave::output::{Destination, Output};

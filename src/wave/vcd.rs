@@ -24,7 +24,7 @@ const CHUNK: usize = 1 << 16;
 /// ```
 /// # mod discreta {
 /// #     pub use discreta_core::*;
-/// #     pub use discreta_wave as wave;
+/// #     pub mod wave { pub use discreta_wave::*; }
 /// # }
 /// use discreta::value::Word;
 /// use discreta::wave::{Layout, Sink, vcd::VcdWriter};

@@ -55,7 +55,7 @@ pub type LaneSet = Vec<u64>;
 /// ```
 /// # mod discreta {
 /// #     pub use discreta_core::*;
-/// #     pub use discreta_engine as engine;
+/// #     pub mod engine { pub use discreta_engine::*; }
 /// # }
 /// use discreta::Value;
 /// use discreta::engine::batch::{BatchEngine, Program};

@@ -42,7 +42,7 @@ use queue::Queue;
 /// ```
 /// # mod discreta {
 /// #     pub use discreta_core::*;
-/// #     pub use discreta_engine as engine;
+/// #     pub mod engine { pub use discreta_engine::*; }
 /// # }
 /// use discreta::engine::{Engine, EventEngine};
 /// use discreta::netlist::Builder;

@@ -65,8 +65,7 @@ const fn axes(clockwise: bool) -> (usize, usize) {
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{ArcInput, DdaCircle, Options};
 /// let quarter = ArcInput::between((5, 0), (0, 5), false, 3);
@@ -175,8 +174,7 @@ impl FusedIterator for DdaCircle {}
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{ArcInput, DdaCirclePrinted, Interpolator, Options, Watchdog};
 /// let quarter = ArcInput::between((4, 0), (0, 4), false, 3);

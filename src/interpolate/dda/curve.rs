@@ -41,8 +41,7 @@ pub struct Printed {
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{CurveInput, DdaCurve, Interpolator, Options};
 /// // x² + y² = 10², all of it

@@ -27,8 +27,7 @@ pub(crate) fn build(input: LineInput, options: &Options) -> Result<Box<dyn Inter
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{DdaLine, LineInput, Options};
 /// let input = LineInput { bits: 3, ..LineInput::new(5, 4) };
@@ -108,8 +107,7 @@ impl FusedIterator for DdaLine {}
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{DdaLinePrinted, LineInput, Options};
 /// let input = LineInput { bits: 3, ..LineInput::new(5, 2) };

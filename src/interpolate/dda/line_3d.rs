@@ -18,8 +18,7 @@ pub(crate) fn build(input: Line3dInput, options: &Options) -> Result<Box<dyn Int
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{DdaLine3d, Line3dInput};
 /// let line = DdaLine3d::new(Line3dInput { start: [0; 3], increment: [5, 4, 7], bits: 3 }, false)?;

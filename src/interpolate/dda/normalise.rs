@@ -9,8 +9,7 @@
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::dda::normalise::shifts;
 /// // 0000_0101 and 0000_0100: five zeros above both

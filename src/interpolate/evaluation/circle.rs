@@ -121,8 +121,7 @@ impl State {
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{ArcInput, EfCircle};
 /// let arc = EfCircle::new(ArcInput::between((5, 0), (0, 5), false, 8))?;
@@ -175,8 +174,7 @@ impl FusedIterator for EfCircle {}
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{ArcInput, EfCirclePrinted};
 /// let arc = EfCirclePrinted::new(ArcInput::between((5, 0), (0, 5), false, 8))?;

@@ -49,8 +49,7 @@ const fn step(s: &mut State, (x, y): (bool, bool)) -> Clock {
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{ArcInput, EfCircleFast};
 /// let arc = EfCircleFast::new(ArcInput::between((5, 0), (0, 5), false, 8))?;
@@ -114,8 +113,7 @@ impl FusedIterator for EfCircleFast {}
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{ArcInput, EfCircleFastPrinted};
 /// let arc = EfCircleFastPrinted::new(ArcInput::between((5, 0), (0, 5), false, 8))?;

@@ -42,8 +42,7 @@ const fn choose(s: &State, x_leads: bool) -> (bool, i64) {
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{EfLineFast, LineInput};
 /// let line = EfLineFast::new(LineInput::new(7, 3))?;
@@ -126,8 +125,7 @@ impl FusedIterator for EfLineFast {}
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{EfLineFastPrinted, LineInput};
 /// let steps = |dx, dy| -> Result<String, discreta::interpolate::InputError> {

@@ -31,8 +31,7 @@ const fn trial(s: &State) -> i64 {
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{ArcInput, Karibsky};
 /// let arc = Karibsky::new(ArcInput::between((5, 0), (0, 5), false, 8))?;
@@ -85,8 +84,7 @@ impl FusedIterator for Karibsky {}
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{ArcInput, KaribskyPrinted};
 /// let arc = KaribskyPrinted::new(ArcInput::between((5, 0), (0, 5), false, 8))?;

@@ -80,8 +80,7 @@ impl State {
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{EfLine, LineInput};
 /// let line = EfLine::new(LineInput::new(5, 3))?;
@@ -160,8 +159,7 @@ impl FusedIterator for EfLine {}
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{EfLinePrinted, LineInput};
 /// let line = EfLinePrinted::new(LineInput::new(0, 3))?;

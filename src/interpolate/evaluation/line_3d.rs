@@ -31,8 +31,7 @@ pub(crate) fn build(input: Line3dInput, options: &Options) -> Result<Box<dyn Int
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{EfLine3d, Line3dInput};
 /// let line = EfLine3d::new(Line3dInput { start: [0; 3], increment: [7, 3, 2], bits: 8 })?;

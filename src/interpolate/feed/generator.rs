@@ -11,8 +11,7 @@ const FACTOR_BITS: u32 = 8;
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::feed::factor;
 /// assert_eq!([0, 1, 2, 3].map(|axes| factor(axes) as f64 / 256.0), [1.0, 1.0, 1.41015625, 1.73046875]);
@@ -36,8 +35,7 @@ pub const fn factor(axes: usize) -> u64 {
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::feed::Generator;
 /// // 5¼ ticks, as a number with 8 bits of fraction; pulses of 2 ticks

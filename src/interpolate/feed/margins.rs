@@ -12,8 +12,7 @@ use std::{error, fmt};
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::feed::Margins;
 /// let margins = Margins { step: 20, high: 10, tau: 17, hold: 2, tick: 10, dt_high: 2 };

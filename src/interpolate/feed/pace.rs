@@ -9,8 +9,7 @@ const TIMES: [f64; 4] = [1.0, 1.0, 1.41, 1.73];
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{EfLineFast, LineInput, feed::pace};
 /// // XDXDXDX: 7 clocks along √(7² + 3²) = 7.616 BLU; with longer intervals 4 + 3·1.41 = 8.23

@@ -11,8 +11,7 @@ use std::{error, fmt};
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::feed::Speed;
 /// // 1000 BLU a second, a clock of 1 MHz

@@ -54,8 +54,7 @@ impl Stores {
 ///
 /// ```
 /// # mod discreta {
-/// #     pub use discreta_core::*;
-/// #     pub use discreta_interpolate as interpolate;
+/// #     pub mod interpolate { pub use discreta_interpolate::*; }
 /// # }
 /// use discreta::interpolate::{EfLine, LineInput, feed::Feed};
 /// let feed = Feed::new(EfLine::new(LineInput::new(5, 3))?);

@@ -97,7 +97,7 @@ impl WaveVar {
 /// ```
 /// # mod discreta {
 /// #     pub use discreta_core::*;
-/// #     pub use discreta_wave as wave;
+/// #     pub mod wave { pub use discreta_wave::*; }
 /// # }
 /// use discreta::wave::read::Waves;
 /// # let dir = tempfile::tempdir()?;
