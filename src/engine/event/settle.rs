@@ -118,26 +118,20 @@ impl State {
             }
         }
         let slots = &p.group_slots[group];
-        let snapshot = |s: &State| -> Vec<Word> { slots.iter().map(|at| s.slots[at.0 as usize]).collect() };
-        let mut old = snapshot(self);
-        let mut next_snapshot = 1;
+        let mut back = endless::Return::new();
         let mut came_back = false;
-        for step in 1..endless::steps(slots.len()) {
+        for _ in 1..endless::steps(slots.len()) {
             if !self.step(p, group) {
                 return Ok(());
             }
-            let same = slots.iter().zip(&old).all(|(at, w)| self.slots[at.0 as usize] == *w);
-            if same {
+            let is = |kept: &Vec<Word>| slots.iter().zip(kept).all(|(at, w)| self.slots[at.0 as usize] == *w);
+            if back.has(is, || slots.iter().map(|at| self.slots[at.0 as usize]).collect()) {
                 // the last step before it has settled changes nothing either, and leaves nothing to do
                 if !self.step(p, group) {
                     return Ok(());
                 }
                 came_back = true;
                 break;
-            }
-            if step == next_snapshot {
-                old = snapshot(self);
-                next_snapshot *= 2;
             }
         }
         Err(self.gate_oscillation(p, group, came_back))

@@ -175,20 +175,15 @@ impl Loop {
 
     fn run(&mut self, netlist: &Netlist) -> Result<(), Vec<NetId>> {
         self.all_due();
-        let mut old = self.held().to_vec();
-        let mut next_snapshot = 1;
+        let mut back = endless::Return::new();
         let mut came_back = false;
-        for step in 1..endless::steps(old.len()) {
+        for _ in 1..endless::steps(self.held().len()) {
             if !self.step(netlist) {
                 return Ok(());
             }
-            if self.held() == old {
-                came_back = true;
+            came_back = back.has(|kept: &Vec<Word>| self.held() == *kept, || self.held().to_vec());
+            if came_back {
                 break;
-            }
-            if step == next_snapshot {
-                old.copy_from_slice(self.held());
-                next_snapshot *= 2;
             }
         }
         Err(self.endless(netlist, came_back))
