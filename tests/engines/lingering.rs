@@ -9,7 +9,7 @@ use discreta::Value;
 use discreta::cell::memory::{ReadPort, WritePort};
 use discreta::cell::{CellKind, Clock, Edge, Flop, GateOp, Memory};
 use discreta::engine::{CompiledEngine, Engine};
-use discreta::netlist::{Builder, Bus, NetId, Netlist};
+use discreta::netlist::{Builder, Bus, Netlist};
 
 /// Random netlists with memories: a clock that runs for long, and inputs of which a few bits become x now and then.
 #[test]
@@ -30,19 +30,13 @@ fn random_netlists_with_lingering_x_are_the_same_on_both_engines() {
         }
         let observed = rng.one_in(2).then(|| rng.below(netlist.nets().len() as u64) as usize);
         let chunk = *rng.pick(&[1, 2, 5, 20, 160]);
-        let mut pair = Pair::new(&netlist, chunk, |net| Some(net.index()) == observed);
-        let inputs: Vec<(NetId, u32)> = (0..design.inputs)
-            .map(|i| (netlist.bits(netlist.find(&design.signals[i].0).unwrap())[0].net, design.signals[i].1))
-            .collect();
-        let clock = Clock { period: 4, high: 2, phase: 1 };
-        pair.event.add_clock(inputs[0].0, clock);
-        pair.compiled.add_clock(inputs[0].0, clock);
+        let (mut pair, inputs) = Pair::clocked(&netlist, &design, chunk, observed);
         let mut until = 0;
         for n in 0..20u64 {
             let label = || format!("seed {seed}, {times} times, chunks of {chunk}, step {n}");
             // known for a while, then a few bits unknown, then known again
             let often = if n % 5 == 3 { 6 } else { u64::MAX };
-            for &(net, width) in &inputs[1..] {
+            for &(net, width) in &inputs {
                 if n == 0 || rng.one_in(3) {
                     pair.drive(net, &rng.four_valued(width, often));
                 }

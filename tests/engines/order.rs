@@ -179,7 +179,7 @@ fn random_steps(design: &Design, rng: &mut Rng, count: u64) -> Vec<Step> {
 #[test]
 fn random_netlists_do_not_depend_on_the_order_of_their_cells() {
     let (mut instants, mut settled, mut unsettled) = (0, 0, 0);
-    for seed in 0..200 {
+    for seed in 0..800 {
         let mut rng = Rng::new(seed);
         let design = Design::new(&mut rng);
         let steps = random_steps(&design, &mut rng, 40);
@@ -195,6 +195,6 @@ fn random_netlists_do_not_depend_on_the_order_of_their_cells() {
         }
     }
     println!("{instants} instants; {settled} runs settled, {unsettled} did not");
-    assert!(settled > 100 && unsettled > 25, "{settled} settled, {unsettled} did not");
+    assert!(settled > 400 && unsettled > 100, "{settled} settled, {unsettled} did not");
     engines::ran(100, 100);
 }

@@ -1,10 +1,10 @@
 //! Verilog as the command line takes it: through Yosys, with its faults at their lines, and read once for the same text.
 
 use std::path::Path;
-use std::process::Command;
 
 use needs::needs;
 
+use crate::support::program::run_in as discreta;
 use crate::support::{folder, repository};
 
 const SUB: &str = "module sub #(parameter W = 4) (input clk, input [W-1:0] d, output reg [W-1:0] q);
@@ -16,15 +16,6 @@ module top #(parameter W = 4) (input clk, input [W-1:0] d, output [W-1:0] q);
   sub #(.W(W)) u (.clk(clk), .d(d), .q(q));
 endmodule
 ";
-
-/// Runs in a folder with a cache of its own; the exit status, standard output and standard error.
-fn discreta(folder: &Path, line: &str) -> (i32, String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_discreta"));
-    command.current_dir(folder).args(line.split_whitespace()).env("XDG_CACHE_HOME", folder.join("cache"));
-    let output = command.output().unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
-}
 
 /// A new folder with files.
 fn with(name: &str, files: &[(&str, &str)]) -> std::path::PathBuf {

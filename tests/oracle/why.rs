@@ -1,20 +1,10 @@
 //! `discreta why` finds faults whose lines are known, for they were planted; and the origins of x, of which there is one each.
 
-use std::path::Path;
-use std::process::Command;
-
 use needs::needs;
 
+use crate::support::program::run_in as discreta;
 use crate::support::tool::tool;
 use crate::support::{folder, repository};
-
-fn discreta(folder: &Path, line: &str) -> (i32, String, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_discreta"));
-    command.current_dir(folder).args(line.split_whitespace()).env("XDG_CACHE_HOME", folder.join("cache"));
-    let output = command.output().unwrap();
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
-}
 
 /// The commands of the README and of docs/why.md say what is printed there.
 #[needs(yosys)]

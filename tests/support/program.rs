@@ -1,6 +1,7 @@
 //! The program as a user runs it.
 #![allow(dead_code)] // each test uses a part
 
+use std::path::Path;
 use std::process::{Command, Output};
 
 /// `discreta` with these arguments, in the repository, its colours its own choice.
@@ -19,6 +20,12 @@ pub fn ended(output: Output) -> (i32, String, String) {
 /// How `discreta` ends with these arguments.
 pub fn run(args: &[&str]) -> (i32, String, String) {
     ended(discreta(args).output().unwrap())
+}
+
+/// How it ends in a folder with a line of arguments split at spaces; what Yosys made is kept in that folder.
+pub fn run_in(folder: &Path, line: &str) -> (i32, String, String) {
+    let mut command = discreta(&line.split_whitespace().collect::<Vec<_>>());
+    ended(command.current_dir(folder).env("XDG_CACHE_HOME", folder.join("cache")).output().unwrap())
 }
 
 /// How a command of it ends with a line of arguments split at spaces.
