@@ -2,7 +2,6 @@
 
 use std::collections::{HashMap, HashSet};
 use std::fmt;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use indexmap::IndexMap;
@@ -11,7 +10,7 @@ use super::flatten::{elaborate, roots};
 use super::library::{Library, ModuleId};
 use super::report::{Places, Report};
 use super::synthesis::{Design, Language, Synthesis};
-use super::{Limits, Name, ParameterValue, read_file};
+use super::{Limits, Name, ParameterValue, not_a_circuit, read_file};
 use crate::Timescale;
 use crate::diag::{Code, Diagnostic, Diagnostics, FileId, Sources, Span};
 use crate::import::yosys::{self, Contents, Imported, Monitor, Origins};
@@ -179,54 +178,6 @@ fn loaded(
 /// A file that a [`Loader`] has read.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct FileHandle(Kind);
-
-/// Warnings of Yosys without those that differ only in the number of a bit.
-fn once_each(warnings: &[String]) -> Vec<String> {
-    let mut told: IndexMap<String, (String, usize)> = IndexMap::new();
-    for warning in warnings {
-        let text = warning.trim_start_matches("Warning: ");
-        let same = text.split('[').map(|part| part.trim_start_matches(|c: char| c.is_ascii_digit())).collect();
-        told.entry(same).or_insert_with(|| (text.to_owned(), 0)).1 += 1;
-    }
-    let counted = told.into_values().map(|(text, count)| match count - 1 {
-        0 => text,
-        more => format!("{text} (and {more} more like it)"),
-    });
-    counted.collect()
-}
-
-/// What is wrong with a file that is something else by its name, and does not begin as a circuit.
-pub(crate) fn not_a_circuit(path: &Path) -> Option<Diagnostic> {
-    let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-    let mut begin = [0; 64];
-    let read = std::fs::metadata(path)
-        .is_ok_and(|m| m.is_file())
-        .then(|| std::fs::File::open(path).ok()?.read(&mut begin).ok());
-    let begin = &begin[..read.flatten().unwrap_or(0)];
-    if begin.trim_ascii_start().starts_with(b"{") {
-        return None;
-    }
-    let path = path.display();
-    if ["vcd", "fst", "ghw", "lxt", "lxt2", "vzt"].contains(&extension.as_str()) {
-        let fault = Diagnostic::new(Code::NotACircuit, format!("`{path}` is a waveform, not a circuit"));
-        return Some(fault.help(format!("look at it: `discreta wave {path}`")).help(format!(
-            "or drive a circuit with it: `discreta run CIRCUIT --stimulus {path}`, and compare with `--expect`"
-        )));
-    }
-    let (what, command) = match extension.as_str() {
-        "blif" => ("a netlist in BLIF", "read_blif"),
-        "il" | "rtlil" => ("a design of Yosys", "read_rtlil"),
-        "edif" | "edf" => ("a netlist in EDIF, which Yosys does not read either", ""),
-        "svh" | "vh" => ("included by Verilog, and no design of its own", ""),
-        _ => return None,
-    };
-    let fault = Diagnostic::new(Code::NotACircuit, format!("`{path}` is {what}"));
-    Some(if command.is_empty() {
-        fault
-    } else {
-        fault.help(format!("make it a netlist: yosys -p '{command} {path}; prep; write_json netlist.json'"))
-    })
-}
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Kind {
@@ -456,7 +407,7 @@ impl Loader {
         let design = Design { path, top, parameters: parameters.collect(), place: None };
         let (netlist, warnings) =
             self.synthesis.netlist(&design, &self.limits, &mut self.sources, &mut self.diagnostics)?;
-        for warning in once_each(&warnings) {
+        for warning in warnings {
             self.diagnostics.push(Diagnostic::new(Code::DoubtfulSource, warning));
         }
         let file = self.sources.add(format!("{} (as Yosys reads it)", path.display()), netlist);

@@ -21,8 +21,7 @@ use crate::syntax::{
 
 pub(crate) use builtin::import as built_in_import;
 pub use builtin::{PREFIX as BUILT_IN, circuits as built_in};
-pub(crate) use load::not_a_circuit;
 pub use load::{Circuit, FileHandle, LoadError, Loader, load, load_sources, load_text, load_with};
 pub use source::read_file;
-pub(crate) use source::{normal, size};
+pub(crate) use source::{normal, not_a_circuit, size};
 pub use synthesis::{Language, PROGRAMS, Synthesis};

@@ -1,4 +1,4 @@
-//! Reading a file into [`Sources`], and refusing what is not a text file of bounded size.
+//! Reading a file into [`Sources`], and refusing what is not a text file of bounded size or, by its name, no circuit.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -71,6 +71,41 @@ pub fn read_file(path: &Path, limits: &Limits, sources: &mut Sources) -> Result<
                 .help("save it as UTF-8"))
         }
     }
+}
+
+/// What is wrong with a file that is something else by its name, and does not begin as a circuit.
+pub(crate) fn not_a_circuit(path: &Path) -> Option<Diagnostic> {
+    let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+    let name = path.display();
+    let (what, helps) = match extension.as_str() {
+        "vcd" | "fst" | "ghw" | "lxt" | "lxt2" | "vzt" => {
+            let drive = format!(
+                "or drive a circuit with it: `discreta run CIRCUIT --stimulus {name}`, and compare with `--expect`"
+            );
+            ("a waveform, not a circuit", vec![format!("look at it: `discreta wave {name}`"), drive])
+        }
+        "blif" => ("a netlist in BLIF", vec![netlist_of("read_blif", path)]),
+        "il" | "rtlil" => ("a design of Yosys", vec![netlist_of("read_rtlil", path)]),
+        "edif" | "edf" => ("a netlist in EDIF, which Yosys does not read either", vec![]),
+        "svh" | "vh" => ("included by Verilog, and no design of its own", vec![]),
+        _ => return None,
+    };
+    if begins_as_a_circuit(path) {
+        return None;
+    }
+    let fault = Diagnostic::new(Code::NotACircuit, format!("`{name}` is {what}"));
+    Some(helps.into_iter().fold(fault, Diagnostic::help))
+}
+
+fn netlist_of(command: &str, path: &Path) -> String {
+    format!("make it a netlist: yosys -p '{command} {}; prep; write_json netlist.json'", path.display())
+}
+
+fn begins_as_a_circuit(path: &Path) -> bool {
+    let mut begin = [0; 64];
+    let is_file = std::fs::metadata(path).is_ok_and(|m| m.is_file());
+    let read = is_file.then(|| File::open(path).ok()?.read(&mut begin).ok()).flatten().unwrap_or(0);
+    begin[..read].trim_ascii_start().starts_with(b"{")
 }
 
 /// Whether a path is a pipe, such as that of a shell's `<(command)`.

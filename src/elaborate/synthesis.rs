@@ -6,6 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -113,7 +114,7 @@ fn hash(bytes: &[u8]) -> String {
 }
 
 impl Synthesis {
-    /// The netlist of a design as JSON, and what Yosys warned of. Faults go into `diagnostics`.
+    /// The netlist of a design as JSON, and what Yosys warned of, once each. Faults go into `diagnostics`.
     pub(super) fn netlist(
         &self,
         design: &Design<'_>,
@@ -155,7 +156,7 @@ impl Synthesis {
         let entry = self.entry(&program, design, &files);
         if let Some((header, netlist)) = entry.as_deref().and_then(read_entry) {
             header.needs.iter().for_each(|(path, _)| crate::files::reads(Path::new(path)));
-            return Some((netlist, header.warnings));
+            return Some((netlist, once_each(&header.warnings)));
         }
         let mut top = design.top.map(str::to_owned);
         if top.is_none() && !design.parameters.is_empty() {
@@ -178,7 +179,7 @@ impl Synthesis {
             // that it cannot be kept makes the next run no worse
             let _ = keep(&entry, &header, &netlist);
         }
-        Some((netlist, header.warnings))
+        Some((netlist, once_each(&header.warnings)))
     }
 
     /// The commands that read the sources.
@@ -341,6 +342,21 @@ impl Synthesis {
         }
         fault
     }
+}
+
+/// Warnings of Yosys without those that differ only in the number of a bit.
+fn once_each(warnings: &[String]) -> Vec<String> {
+    let mut told: IndexMap<String, (String, usize)> = IndexMap::new();
+    for warning in warnings {
+        let text = warning.trim_start_matches("Warning: ");
+        let same = text.split('[').map(|part| part.trim_start_matches(|c: char| c.is_ascii_digit())).collect();
+        told.entry(same).or_insert_with(|| (text.to_owned(), 0)).1 += 1;
+    }
+    let counted = told.into_values().map(|(text, count)| match count - 1 {
+        0 => text,
+        more => format!("{text} (and {more} more like it)"),
+    });
+    counted.collect()
 }
 
 /// The module that Yosys took for the top.
