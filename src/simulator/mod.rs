@@ -21,7 +21,7 @@ use crate::cell::Clock;
 use crate::circuit::Circuit;
 use crate::engine::{Engine, EngineKind, UnknownControl, Unsettled, read_bits};
 use crate::import::yosys::Monitor;
-use crate::netlist::{NetId, Netlist, SignalId};
+use crate::netlist::{NetId, Netlist, SignalId, Slice};
 use crate::value::Word;
 use crate::value::word::{extract, mask, words};
 
@@ -459,15 +459,16 @@ impl Simulator {
         if !self.owns(probe.of, || format!("`{}`", probe.name)) {
             return Value::unknown(probe.width);
         }
-        let mut all = vec![Word::ZERO; words(probe.width)];
-        read_bits(&*self.engine, &probe.bits, &mut all);
-        Value::from_words(&all, probe.width)
+        self.bits_value(&probe.bits, probe.width)
     }
 
     fn signal_value(&self, signal: SignalId) -> Value {
-        let width = self.netlist.signal(signal).width;
+        self.bits_value(self.netlist.bits(signal), self.netlist.signal(signal).width)
+    }
+
+    fn bits_value(&self, bits: &[Slice], width: u32) -> Value {
         let mut all = vec![Word::ZERO; words(width)];
-        read_bits(&*self.engine, self.netlist.bits(signal), &mut all);
+        read_bits(&*self.engine, bits, &mut all);
         Value::from_words(&all, width)
     }
 
