@@ -59,6 +59,7 @@ pub mod syntax;
 pub mod view;
 pub mod why;
 
+pub(crate) use discreta_core::digest;
 #[cfg(feature = "draw")]
 pub(crate) use discreta_core::guard;
 #[doc(hidden)] // for the tests, which draw by the same numbers

@@ -4,6 +4,7 @@
 //! engines and no waveforms.
 
 pub mod cell;
+pub mod digest;
 pub mod files;
 pub mod guard;
 pub mod netlist;

@@ -19,7 +19,7 @@ use std::fmt;
 
 #[cfg(test)]
 pub(crate) use discreta_core::{Logic, random};
-pub(crate) use discreta_core::{Value, cell, netlist, value};
+pub(crate) use discreta_core::{Value, cell, digest, netlist, value};
 
 use crate::cell::Clock;
 use crate::netlist::{CellId, NetId, Netlist, Slice};

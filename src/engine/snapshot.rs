@@ -5,6 +5,7 @@
 use std::fmt;
 
 use crate::cell::Clock;
+use crate::digest::Digest;
 use crate::force::Held;
 use crate::netlist::{CellId, NetId, Netlist};
 use crate::value::Word;
@@ -181,9 +182,10 @@ impl std::error::Error for SnapshotError {}
 /// How a saved state begins; the last but one byte is the version.
 const MAGIC: &[u8] = b"discreta state 1\n";
 
-/// FNV-1a over bytes.
 fn checksum(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |h: u64, &b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3))
+    let mut digest = Digest::default();
+    digest.bytes(bytes);
+    digest.number()
 }
 
 /// Little-endian numbers, lists with their lengths before them.

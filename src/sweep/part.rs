@@ -3,14 +3,13 @@
 //! A part is believed row by row: as many fields as columns, the swept values that the plan has for that row, a reason and
 //! a time of its end, values. What its rows come to stands after them, so that no change of a part passes.
 
-use std::fmt::Write as _;
-
 use serde::{Deserialize, Serialize};
 use serde_json::{Value as Json, json};
 
 use super::plan::{Over, Plan};
 pub use super::table::field;
 use super::table::{Form, swept};
+use crate::digest::Digest;
 use crate::{Value, safe};
 
 /// What a file of results is a part of. The first line of a part.
@@ -55,37 +54,6 @@ impl Part {
             true => Ok(Some(plan)),
             false => Err(format!("it speaks of {} rows where there are {}", self.rows[2], plan.total())),
         }
-    }
-}
-
-/// What bytes come to, in short. FNV-1a.
-pub struct Digest(u64);
-
-impl Default for Digest {
-    fn default() -> Digest {
-        Digest(0xcbf2_9ce4_8422_2325)
-    }
-}
-
-impl Digest {
-    /// A line more.
-    pub fn line(&mut self, line: &str) {
-        let _ = writeln!(self, "{line}");
-    }
-
-    /// As text.
-    #[must_use]
-    pub fn text(&self) -> String {
-        format!("{:016x}", self.0)
-    }
-}
-
-impl std::fmt::Write for Digest {
-    fn write_str(&mut self, text: &str) -> std::fmt::Result {
-        for byte in text.bytes() {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
-        }
-        Ok(())
     }
 }
 

@@ -4,18 +4,7 @@ use std::fmt::Write as _;
 
 use super::{Driver, Netlist};
 use crate::cell::CellKind;
-
-/// FNV-1a of 64 bits over text, the same on every machine.
-struct Hash(u64);
-
-impl std::fmt::Write for Hash {
-    fn write_str(&mut self, text: &str) -> std::fmt::Result {
-        for byte in text.bytes() {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-        Ok(())
-    }
-}
+use crate::digest::Digest;
 
 impl Netlist {
     /// A number that depends on cells, wiring and the names of signals, and not on what memories hold at first. Netlists
@@ -26,7 +15,7 @@ impl Netlist {
     }
 
     fn hash(&self) -> u64 {
-        let mut hash = Hash(0xcbf2_9ce4_8422_2325);
+        let mut hash = Digest::default();
         // writing into a hash cannot fail
         let mut put = |text: std::fmt::Arguments<'_>| _ = hash.write_fmt(text);
         for net in self.nets() {
@@ -53,7 +42,7 @@ impl Netlist {
             put(format_args!("{}=", self.signal(id).name));
             self.bits(id).iter().for_each(|s| put(format_args!("{}.{}.{} ", s.net.index(), s.lo, s.width)));
         }
-        hash.0
+        hash.number()
     }
 }
 
