@@ -271,3 +271,10 @@ fn every_circuit_is_what_its_modules_say() {
         println!("{}: {modules} modules of {origins}", path.display());
     }
 }
+
+#[test]
+fn a_module_that_is_used_often_is_one() {
+    let circuit = discreta::circuit::load("circuits/evaluation/line_gates.json").unwrap();
+    let hierarchy = Hierarchy::of(&circuit.netlist);
+    assert_eq!(hierarchy.modules().iter().filter(|m| m.origin == "full_adder_gates").count(), 1);
+}

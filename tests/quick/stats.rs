@@ -206,6 +206,14 @@ fn elements_are_levels_of_their_own() {
     assert_eq!(clocks, [("clk", Edge::Rising, 7)]);
 }
 
+/// Three registers of 5 bits and four counters of 4.
+#[test]
+fn the_line_of_registers_has_its_counters() {
+    let file = repository("circuits/evaluation/line.json");
+    let stats = Stats::of(&discreta::circuit::load_with(file, &[("W", 4)]).unwrap().netlist);
+    assert_eq!((stats.equipment.counters.number, stats.equipment.flip_flops), (4, 3 * 5 + 4 * 4));
+}
+
 /// Every module of line_gates by its gates: registers 6 a bit, negate 3 a bit but the lowest, the multiplexer 3, the
 /// adder 7, counters 5 and a gate for zero, sr_nor 2, three gates beside them.
 #[test]

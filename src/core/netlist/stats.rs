@@ -98,14 +98,15 @@ pub struct ScopeStats {
 impl Stats {
     /// Counts a netlist.
     ///
-    /// ```ignore
-    /// // a test of the whole crate: this part of it knows no files
-    /// use discreta::netlist::Stats;
-    /// let circuit = discreta::circuit::load_with("circuits/evaluation/line.json", &[("W", 4)])?;
-    /// let stats = Stats::of(&circuit.netlist);
-    /// assert_eq!(stats.equipment.counters.number, 4);
-    /// assert_eq!(stats.equipment.flip_flops, 3 * 5 + 4 * 4);
-    /// # Ok::<(), discreta::circuit::LoadError>(())
+    /// ```
+    /// # use discreta_core as discreta;
+    /// use discreta::netlist::{Builder, Stats};
+    /// let mut b = Builder::new("top");
+    /// let (clk, a, sum) = (b.input("clk", 1), b.input("a", 4), b.output("sum", 4));
+    /// let (next, _carry) = b.adder("add", &a, &sum);
+    /// b.dff("sum", &clk, &next, &sum);
+    /// let stats = Stats::of(&b.finish().unwrap());
+    /// assert_eq!((stats.equipment.flip_flops, stats.equipment.adders.number, stats.equipment.adders.bits), (4, 1, 4));
     /// ```
     #[must_use]
     pub fn of(netlist: &Netlist) -> Stats {

@@ -192,14 +192,17 @@ impl Module {
 impl Hierarchy {
     /// The modules of a netlist; the same whenever the netlist is.
     ///
-    /// ```ignore
-    /// // a test of the whole crate: this part of it knows no files
-    /// use discreta::netlist::Hierarchy;
-    /// let circuit = discreta::circuit::load("circuits/evaluation/line_gates.json")?;
-    /// let hierarchy = Hierarchy::of(&circuit.netlist);
-    /// let full_adders = hierarchy.modules().iter().filter(|m| m.origin == "full_adder_gates");
-    /// assert_eq!(full_adders.count(), 1);
-    /// # Ok::<(), discreta::circuit::LoadError>(())
+    /// ```
+    /// # use discreta_core as discreta;
+    /// use discreta::cell::{CellKind, GateOp};
+    /// use discreta::netlist::{Builder, Hierarchy};
+    /// let mut b = Builder::new("top");
+    /// let (top, a, y) = (b.top(), b.input("a", 1), b.output("y", 1));
+    /// let inverter = b.instance(top, "u", "inverter");
+    /// b.cell(inverter, "not", CellKind::Gate { op: GateOp::Not, inputs: 1, width: 1 }, vec![a], vec![y]);
+    /// let netlist = b.finish().unwrap();
+    /// let origins: Vec<_> = Hierarchy::of(&netlist).modules().iter().map(|m| m.origin.clone()).collect();
+    /// assert_eq!(origins, ["top", "inverter"]);
     /// ```
     #[must_use]
     pub fn of(netlist: &Netlist) -> Hierarchy {
